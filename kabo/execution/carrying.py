@@ -75,10 +75,8 @@ class Carrier:
         Raises:
             InputError: it does not fit the scene, or has less proven clearance than the robots' tracking error.
         """
-        self.plan, self.name, self.margins = plan, plan.root, Margins(plan, report)
+        self.name = plan.root
         self.history: list[tuple[str, str | None]] = []
-        # What a node delivers and another one branches on is looked at once: where the plan senses it.
-        self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
         self.executed: list[Executed] = []  # of the nodes that are not done
         self.under_way: list[Stretch] = []
         self.part: Motion | None = None  # what is followed
@@ -87,15 +85,23 @@ class Carrier:
         self.released: list[str] = []
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
         self.clock = plan.root  # the node on whose clock the robots' motion is
-        if any(node.motion for node in plan.nodes.values()):
-            if self.scene is None or self.robot is None:
-                raise InputError([Diagnostic("plan", 1, 1, "it has motions, and there is no robot", None)])
-            require_fit(plan, self.scene)
-            self._require_margins()
+        self._take(plan, report)
         if self.scene is not None and self.robot is not None:
             self.belief = Belief.at_start(self.scene, plan.start)
             errors = {} if self.settings.despite_margins else self._errors()
             self.watch = Watch(self.scene, self.margins, self.seen_at, self.looks, errors, self.settings.delay)
+
+    def _take(self, plan: Plan, report: Report | None) -> None:
+        """Goes on with a plan from the node that is reached; raises as `_begin`."""
+        self.plan, self.margins = plan, Margins(plan, report)
+        # What a node delivers and another one branches on is looked at once: where the plan senses it.
+        self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
+        if any(node.motion for node in plan.nodes.values()):
+            if self.scene is None or self.robot is None:
+                raise InputError([Diagnostic("plan", 1, 1, "it has motions, and there is no robot", None)])
+            require_fit(plan, self.scene)
+            if not self.settings.despite_margins:
+                self.margins.require(self._errors())
 
     def _errors(self) -> dict[str, float]:
         """The stated tracking error of each robot [m]."""
@@ -103,10 +109,6 @@ class Carrier:
         if isinstance(stated, float | int):
             return dict.fromkeys(robots, float(stated)) if stated else {}
         return {name: float(stated.get(name, 0.0)) for name in robots}
-
-    def _require_margins(self) -> None:
-        if not self.settings.despite_margins:
-            self.margins.require(self._errors())
 
     @property
     def time(self) -> float:

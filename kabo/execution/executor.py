@@ -13,9 +13,8 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import InputError
 from kabo.execution.carrying import SETTLED_AFTER, Carrier, Stopped
-from kabo.execution.interruptions import SAME_PLACE, Interruption, Recovery, hand_within_limits, observed
+from kabo.execution.interruptions import SAME_PLACE, Answer, Interruption, Recovery, hand_within_limits, observed
 from kabo.execution.log import Log
-from kabo.execution.margins import Margins
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
 from kabo.execution.settings import USUAL, ExecutionSettings
 from kabo.execution.watching import Surprise
@@ -88,7 +87,7 @@ class _Planned(NamedTuple):
     kind: str
     plan: Plan
     report: Report | None
-    rest: Callable[[], Report] | None
+    rest: Callable[[], Answer] | None
 
 
 class _Executor(Carrier):
@@ -112,7 +111,7 @@ class _Executor(Carrier):
         self.recoveries = 0
         self.recovered: list[tuple[int, str]] = []  # nodes done, and the thing that surprised
         self.answered: Surprise | None = None  # the last of these
-        self.rest: tuple[Plan, Callable[[], Report]] | None = None  # a plan, and its proof that is being made
+        self.rest: tuple[Plan, Callable[[], Answer]] | None = None  # what a plan begins with, and all of it
 
     def run(self) -> Run:
         self._enter("start", problem=self.plan.problem)
@@ -145,23 +144,23 @@ class _Executor(Carrier):
             self.name = self._after(node)
 
     def _require_proven(self) -> None:
-        """Waits for the proof of the rest of a plan of which only the first motion was proven before it began.
+        """Waits for the rest of a plan of which only the first motion was made and proven before it began.
 
         Raises:
             Stopped: it is not proven, or has less proven clearance than the robots' tracking error.
         """
         if self.rest is None or self.rest[0] is not self.plan:
             return
-        report, self.rest = self.rest[1](), None
-        text = None if report.ok else report.findings[0].message
-        if report.ok:
-            self.margins = self.watch.margins = Margins(self.plan, report)
+        whole, self.rest = self.rest[1](), None
+        text = whole.reason
+        if whole.plan is not None:
             try:
-                self._require_margins()
+                self._take(whole.plan, whole.report)
+                self.watch.margins, text = self.margins, ""
             except InputError as error:
                 text = str(error).rstrip("\n")
-        self._enter("proven", node=self.name, rest=text is None)
-        if text is not None:
+        self._enter("proven", node=self.name, rest=not text)
+        if text:
             text = f"the rest of the plan is not proven: {text}"
             raise Stopped(text, Surprise("unproven", text, self.name, 0.0, 0.0))
 

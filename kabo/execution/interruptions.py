@@ -68,17 +68,18 @@ class Answer:
     Attributes:
         kind: `finish` makes the rest of the node's motion, and `undo` goes back to where the node began, after which it is
             asked again; `repair` does the same actions as the rest of the old plan, `replan` others.
-        plan: what is to be carried out.
+        plan: what is to be carried out; with `rest` only its first node has a motion yet.
         reason: why, in a sentence.
-        report: of the check of the plan, from which margins are taken; with `rest` only of its first motion.
-        rest: waits for the report of the check of the whole plan, which goes on while its first motion is carried out.
+        report: of the check of the plan, from which margins are taken.
+        rest: waits for the answer with the whole plan, which is made and proven while its first motion is carried out: the
+            same nodes and the same first motion, or no plan.
     """
 
     kind: Literal["finish", "undo", "repair", "replan", "none"]
     plan: Plan | None
     reason: str
     report: Report | None = None
-    rest: Callable[[], Report] | None = None
+    rest: "Callable[[], Answer] | None" = None
 
 
 class Recovery(Protocol):

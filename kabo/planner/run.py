@@ -14,7 +14,7 @@ from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.options import Options
 from kabo.phases import timed
-from kabo.plan import State
+from kabo.plan import Plan, State
 from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.memo import Memo
 from kabo.planner.proofs.needed_calls import needed_calls
@@ -37,12 +37,14 @@ if (
     TYPE_CHECKING
 ):  # callers of `solve` are given this class; loading it takes a second, which only a scene is worth
     from kabo.geometry_server import Preparing
+    from kabo.geometry_server.surroundings import SceneSurroundings
     from kabo.tasks.procedures import GeometricProcedures
 
 
 _LOG = logging.getLogger("kabo.planner")
 COUNTED_EVERY_S = 1.0  # what was refused most
 OnProcedures = Callable[["GeometricProcedures"], None]
+OnFirst = Callable[[Plan, "SceneSurroundings"], None]
 
 
 @dataclass
@@ -68,6 +70,7 @@ class SolveRun:
     cut_off: list[str] = field(default_factory=list)  # what a plan that was found lacks, in sentences
     on_found: Callable[[Result], None] | None = None
     on_refused: Callable[[Result], None] | None = None
+    on_first: "OnFirst | None" = None
     start: State | None = None  # of a run, in which the plan begins; None: where the problem does
     memo: Memo | None = None  # of former solves, and for later ones
 

@@ -29,7 +29,7 @@ from kabo.planner.proofs.needed_calls import needed_first
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
 from kabo.planner.rounds import ExternalRounds, GeometricRounds, Rounds, SymbolicRounds, Variants
-from kabo.planner.run import OnProcedures, SolveRun, search_once, statistics_of, without_plan
+from kabo.planner.run import OnFirst, OnProcedures, SolveRun, search_once, statistics_of, without_plan
 from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, Unreachable
 from kabo.planner.statistics import completed
 
@@ -54,6 +54,7 @@ def solve(
     on_procedures: OnProcedures | None = None,
     on_found: Callable[[Result], None] | None = None,
     on_refused: Callable[[Result], None] | None = None,
+    on_first: OnFirst | None = None,
     **options: "Unpack[SolveOptions]",
 ) -> Result:
     """A plan whose leaves all fulfil the goal and whose motions are proven free, or the reason for having none.
@@ -77,6 +78,8 @@ def solve(
         on_procedures: called with the server of geometric procedures before any call is made; the server keeps the
             outcome of each call.
         on_found: called with the first result that has a plan, if this plan is still to be refined or certified.
+        on_first: called with the plan and the scene's parts when the motion of its first node is as it will be: that of
+            others has no times yet, unless it is refined, and nothing has a certificate.
         on_refused: called from time to time with a result without a plan: what was refused so far.
         options: `kabo.options.SolveOptions`; options that are None or absent are taken from the
             problem, the scene or the defaults.
@@ -102,7 +105,8 @@ def solve(
     else:
         chosen = replace(chosen, geometry="none")
     run = SolveRun(external.answering() if procedures else problem, chosen, progress, cancelled, workers)
-    run.on_procedures, run.on_found, run.on_refused, run.start = on_procedures, on_found, on_refused, start
+    run.on_procedures, run.on_found, run.on_refused, run.on_first = on_procedures, on_found, on_refused, on_first
+    run.start = start
     if memo is not None and not procedures:
         memo.begin(problem, chosen)
         run.memo = memo

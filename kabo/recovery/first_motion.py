@@ -3,14 +3,16 @@
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
+from typing import TypeVar
 
-from kabo.geometry_server import GeometryServer
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.plan import Certificate, Clearance, Node, Plan
+from kabo.planner.certify.certifying import certified
 from kabo.recovery.known_parts import certificate_with_parts
 from kabo.recovery.node_ways import files_of
-from kabo.scene import Scene, beginning_at
-from kabo.verify import Report
+from kabo.scene import Scene
 
+_Found = TypeVar("_Found")
 ENOUGH = 0.7  # of a clearance: rather than with less of it, robots wait until the verifier has seen tighter parts
 
 
@@ -18,15 +20,14 @@ def first_motion(plan: Plan, scene: Scene) -> Plan | None:
     """The plan of the first node alone, to be judged by its motion in its scene.
 
     Args:
-        plan: a plan with a certificate; what it proves of this node is kept. scene: its scene, loaded from a file.
+        plan: a plan; what its certificate proves of this node is kept. scene: its scene, loaded from a file.
 
     Returns:
         the plan, whose node has the name that it had; None if nothing moves in the first node, or nothing afterwards, or if
         the next node begins before it has ended: what both use, a scene alone does not tell.
     """
-    certificate = plan.certificate
-    root = plan.nodes[plan.root]
-    if certificate is None or not root.motion or any(plan.nodes[name].overlap > 0.0 for name in root.successors):
+    root, certificate = plan.nodes[plan.root], plan.certificate
+    if not root.motion or any(plan.nodes[name].overlap > 0.0 for name in root.successors):
         return None
     if not any(node.motion for name, node in plan.nodes.items() if name != plan.root):
         return None
@@ -35,7 +36,7 @@ def first_motion(plan: Plan, scene: Scene) -> Plan | None:
         root,
         kind="action", arguments={}, learned=(), next=goal, on=None, branches={}, delivers=(),
     )  # fmt: skip
-    own = replace(
+    own = certificate and replace(
         certificate,
         segments=tuple(each for each in certificate.segments if each.node == plan.root),
         proofs=tuple(each for each in certificate.proofs if each.node == plan.root),
@@ -44,18 +45,42 @@ def first_motion(plan: Plan, scene: Scene) -> Plan | None:
     return replace(plan, problem="first", files=files_of(scene), nodes=nodes, certificate=own, done=None)
 
 
-def with_parts_of(earlier: Plan, first: Plan, scene: Scene) -> Plan:
-    """The plan of a first motion, proven with the parts of the plan that is carried out so far, if these suffice.
+def begun_with(plan: Plan, first: Plan) -> Plan:
+    """The plan with the motion and the certificate of its first node alone, as `first` has them."""
+    nodes = {
+        name: node if name == plan.root else replace(node, motion=(), overlap=0.0)
+        for name, node in plan.nodes.items()
+    }
+    return replace(plan, nodes=nodes, certificate=first.certificate)
 
-    They do not if they prove less than `ENOUGH` of the clearance that the first motion's own certificate states.
+
+def goes_on(first: Plan | None, whole: Plan) -> bool:
+    """Whether a plan begins as another one, of which the first motion is known, and has the same nodes."""
+    if first is None:
+        return False
+    shape = {name: (node.successors, node.action, node.on) for name, node in first.nodes.items()}
+    begin = first.nodes[first.root]
+    return (
+        whole.root == first.root
+        and whole.nodes[whole.root].motion == begin.motion
+        and shape == {name: (node.successors, node.action, node.on) for name, node in whole.nodes.items()}
+    )
+
+
+def with_known_parts(first: Plan, surroundings: SceneSurroundings, earlier: Plan) -> Plan:
+    """The plan of a first motion with a certificate; its parts are those of an earlier plan, if they suffice.
+
+    They do not if they prove less than `ENOUGH` of the clearance that is proven with parts of its own.
+
+    Args:
+        first: the plan, without a certificate. surroundings: the scene in which it begins.
+        earlier: a plan that was verified.
     """
-    assert first.start is not None and first.certificate is not None
-    there, clearance = beginning_at(scene, first.start), float(first.options.get("clearance") or 0.0)
-    server = GeometryServer(there, first.certificate.epsilon, clearance=clearance)
-    made = certificate_with_parts(first, server.surroundings, earlier)
-    if made is None or _least(made) < ENOUGH * _least(first.certificate):
-        return first
-    return replace(first, certificate=made)
+    own = certified(first, surroundings)[0]
+    known = certificate_with_parts(first, surroundings, earlier)
+    if known is None or (own.certificate is not None and _least(known) < ENOUGH * _least(own.certificate)):
+        return own
+    return replace(first, certificate=known)
 
 
 def _least(certificate: Certificate) -> float:
@@ -67,21 +92,9 @@ def _clearance(stated: Clearance, near: float) -> float:
     return near if stated.clearance is None else stated.clearance
 
 
-def stating(plan: Plan, first: Plan) -> Plan:
-    """A plan that claims no more clearance of its first node than is proven of it in the plan of its first motion."""
-    assert plan.certificate is not None and first.certificate is not None
-    near = plan.certificate.near or 0.0
-    proven = {each.segment: each for each in first.certificate.segments}
-    segments = tuple(
-        min(each, proven[each.segment], key=lambda one: _clearance(one, near)) if each.node == plan.root else each
-        for each in plan.certificate.segments
-    )
-    return replace(plan, certificate=replace(plan.certificate, segments=segments))
-
-
-def begun(check: Callable[[], Report]) -> "Future[Report]":
-    """The report of a check that another thread makes."""
-    thread = ThreadPoolExecutor(1, "kabo verification")
-    found = thread.submit(check)
+def in_a_thread(work: Callable[[], _Found]) -> "Future[_Found]":
+    """What another thread finds."""
+    thread = ThreadPoolExecutor(1, "kabo recovery")
+    found = thread.submit(work)
     thread.shutdown(wait=False)
     return found

@@ -1,19 +1,21 @@
 """Plans anew after a surprise: back to where the node began, then the rest of the plan, then other actions."""
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
 from functools import partial
+from threading import Event
 from typing import Literal
 
 from kabo.errors import InputError
 from kabo.execution import Answer, Interruption
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.language.problem import Problem
 from kabo.options import SolveOptions
 from kabo.plan import Plan, State
 from kabo.planner.memo import Memo
 from kabo.planner.solve import solve
-from kabo.recovery.first_motion import begun, first_motion, stating, with_parts_of
+from kabo.recovery.first_motion import begun_with, first_motion, goes_on, in_a_thread, with_known_parts
 from kabo.recovery.node_ways import NoWayError, way_back, way_on, way_open
 from kabo.recovery.relations import Relations, event_of, relations, told
 from kabo.scene import Scene
@@ -38,17 +40,18 @@ class Replanner:
     scene: Scene
     options: SolveOptions = field(default_factory=dict)  # type: ignore[assignment]
     memo: Memo = field(default_factory=Memo)
-    # The check of the rest of the last answer.
-    _proving: "Future[Report] | None" = field(default=None, init=False, repr=False)
+    # What makes the last answer, of which the rest may still be to be proven.
+    _solving: "Future[Answer] | None" = field(default=None, init=False, repr=False)
 
     def answer(self, interruption: Interruption) -> Answer:
         """A proven plan from where the run stands, or the reason for having none.
 
-        Of a plan of several motions the first one is proven, and the rest while that one is carried out (`Answer.rest`).
+        Of a plan of several motions the first one is proven; the rest gets its times and proofs while that one is carried
+        out (`Answer.rest`).
         """
-        if self._proving is not None:  # what is kept of a scene is not for two threads
-            wait([self._proving])
-            self._proving = None
+        if self._solving is not None:  # what is kept of a scene is not for two threads
+            wait([self._solving])
+            self._solving = None
         gone = interruption.surprise.kind == "gone"
         if gone:
             return Answer("none", None, "nobody knows where it is")
@@ -125,40 +128,63 @@ class Replanner:
                 text = f"{told(name, before, now)}, and the domain has no event that says what is then known of it"
                 return Answer("none", None, text)
             state = replace(state, done=(*state.done, event))
-        options: SolveOptions = {"timeout": TIMEOUT}
-        options.update(self.options)
         if self.memo.scene is None and self.memo.problem is self.problem:
             self.memo.scene = self.scene
+        first, given_up = Future[Answer](), Event()
+        self._solving = whole = in_a_thread(
+            partial(self._solved, state, interruption.plan, first, given_up.is_set)
+        )
         try:
-            result = solve(self.problem, start=state, memo=self.memo, **options)
+            wait((first, whole), return_when=FIRST_COMPLETED)
+        except BaseException:  # by Ctrl-C: the process ends with its threads
+            given_up.set()
+            raise
+        return replace(first.result(), rest=whole.result) if first.done() else whole.result()
+
+    def _solved(
+        self, state: State, earlier: Plan, first: "Future[Answer]", given_up: Callable[[], bool] = lambda: False
+    ) -> Answer:
+        """A plan that is proven, or why there is none; `first` has its begin, as soon as the first motion is proven."""
+
+        def begun(plan: Plan, surroundings: SceneSurroundings) -> None:
+            begin = first_motion(plan, self.scene)
+            if begin is not None:
+                self._tell(first, plan, with_known_parts(begin, surroundings, earlier))
+
+        options: SolveOptions = {"timeout": TIMEOUT}
+        options.update(self.options)
+        try:
+            result = solve(
+                self.problem, start=state, memo=self.memo, cancelled=given_up, on_first=begun, **options
+            )
         except InputError as error:
             return Answer("none", None, str(error).rstrip("\n"))
-        if result.plan is None:
+        plan = result.plan
+        if plan is None:
             reason = result.reason
             more = "" if reason is None or not reason.details else f" ({reason.details[0]})"
             return Answer("none", None, ("no plan was found" if reason is None else reason.message) + more)
-        return self._proven(result.plan, state, interruption.plan)
-
-    def _proven(self, plan: Plan, state: State, earlier: Plan) -> Answer:
-        """The plan as an answer in place of the earlier one, if its first motion is proven, or else all of it."""
-        first = first_motion(plan, self.scene)
-        assert self.scene.description is not None
-        if first is not None:
-            first = with_parts_of(earlier, first, self.scene)
-            plan = stating(plan, first)
-        check = partial(verify_plan, self.problem, plan, start=state, scene=self.scene)
-        report = check() if first is None else verify_plan(self.scene.description, first, scene=self.scene)
+        if not first.done() and (begin := first_motion(plan, self.scene)):  # of a plan that was foreseen
+            self._tell(first, plan, begin)
+        if first.done() and not goes_on(first.result().plan, plan):
+            return Answer("none", None, "the new plan does not begin with the motion that was proven")
+        report = verify_plan(self.problem, plan, start=state, scene=self.scene)
         why = _unproven(plan, report)
         if why is not None:
             return Answer("none", None, f"the new plan is not proven: {why}")
-        rest = None
-        if first is not None:
-            self._proving = begun(check)
-            rest = self._proving.result
-        told = "are proven" if rest is None else "begin with a motion that is proven,"
+        return self._found(plan, report, "are proven")
+
+    def _tell(self, told: "Future[Answer]", plan: Plan, first: Plan) -> None:
+        """Answers with the begin of a plan, if its first motion is proven."""
+        assert self.scene.description is not None
+        report = verify_plan(self.scene.description, first, scene=self.scene, meshes=False)
+        if _unproven(first, report) is None:
+            told.set_result(self._found(begun_with(plan, first), report, "begin with a motion that is proven,"))
+
+    def _found(self, plan: Plan, report: Report, told: str) -> Answer:
         if self.memo.continued:
-            return Answer("repair", plan, f"the same actions {told} from where everything is now", report, rest)
-        return Answer("replan", plan, f"other actions {told} from where everything is now", report, rest)
+            return Answer("repair", plan, f"the same actions {told} from where everything is now", report)
+        return Answer("replan", plan, f"other actions {told} from where everything is now", report)
 
 
 def _unproven(plan: Plan, report: Report) -> str | None:

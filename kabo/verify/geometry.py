@@ -30,11 +30,18 @@ _SCENES = KeptScenes()  # its own: the planner's may be changed by mistakes
 
 
 def check_geometry(
-    problem: Problem, plan: Plan, order: Sequence[str], scene: Scene | None, changes: Changes, paranoid: bool
+    problem: Problem,
+    plan: Plan,
+    order: Sequence[str],
+    scene: Scene | None,
+    changes: Changes,
+    paranoid: bool,
+    meshes: bool,
 ) -> tuple[dict[str, str], list[Finding], dict[str, Any], list[str]]:
     """Checks all motions of a plan, and the plan's certificate (with `paranoid` in exact arithmetic).
 
     `changes` are those of a task's solution whose motion the plan is: bodies that they add are kept away from, too.
+    Without `meshes` bodies are looked at by their meshes only where no certificate has to prove them apart.
     `scene` is the problem's, if it is loaded already.
 
     Returns:
@@ -50,7 +57,9 @@ def check_geometry(
     scene = scene or _SCENES.scene(problem.scene)[0]
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
-    calls, components, tally = Calls(problem), Components(plan, scene, order), Tally(known=memory_of(scene, Proof))
+    calls, components = Calls(problem), Components(plan, scene, order)
+    certified = not meshes and plan.certificate is not None and plan.certificate.near is not None
+    tally = Tally(known=memory_of(scene, Proof), certified=certified)
     anywhere = isinstance(problem, SceneAlone) or plan.done is not None
     findings = [*check_start(components, anywhere=anywhere), *_check_statements(plan, scene)]
     try:

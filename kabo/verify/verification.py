@@ -30,6 +30,7 @@ def verify_plan(
     changes: Sequence[Mapping[str, Any]] = (),
     start: State | None = None,
     scene: "Scene | None" = None,
+    meshes: bool = True,
 ) -> Report:
     """Verifies that a plan reaches the goal of a problem on every branch, and that every motion is collision-free.
 
@@ -44,6 +45,8 @@ def verify_plan(
             padding that its stages add, which plans do not know.
         start: the state of a run in which the plan is to begin; None: where the plan itself says, which the report tells.
         scene: the problem's, loaded before: its files are not read again. For whoever verifies many plans in one scene.
+        meshes: whether bodies are proven apart by their meshes, too, and measured, where the plan's certificate proves it;
+            without that most plans take half the time. Contacts are always judged by the meshes.
 
     Raises:
         InputError: the scene's meshes or URDFs do not load, or a procedure's answer is not as the domain declares it.
@@ -72,22 +75,13 @@ def verify_plan(
     if geometry:
         from kabo.verify.geometry import check_geometry  # pinocchio, coal and scipy: only for plans with motions
 
-        files, more, figures, told = check_geometry(problem, plan, order, scene, changes, paranoid)
+        files, more, figures, told = check_geometry(problem, plan, order, scene, changes, paranoid, meshes)
         findings, notes = [*findings, *more], [*notes, *told]
     elif problem.scene is None and (plan.start is not None or any(n.motion for n in plan.nodes.values())):
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))
     findings = [*check_files(plan, problem.name, problem.path.parent, files), *findings]
-    return Report(
-        tuple(findings),
-        tuple(notes),
-        knowledge_only,
-        branches,
-        leaves,
-        known.states,
-        known.worlds,
-        known.why_replay,
-        **figures,
-    )
+    counts = branches, leaves, known.states, known.worlds, known.why_replay
+    return Report(tuple(findings), tuple(notes), knowledge_only, *counts, **figures)
 
 
 def _problem(given: "Problem | Scene | SceneDescription", plan: Plan) -> Problem:

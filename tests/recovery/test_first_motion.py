@@ -1,18 +1,26 @@
 """A new plan begins when its first motion is proven; nothing goes on before all of it is."""
 
 import importlib
+from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
+from time import sleep
+from typing import Any
 
 import numpy as np
 import pytest
 
 import kabo
+from kabo.errors import InputError
 from kabo.execution import Answer, Interruption, KinematicRobot, KnownTruth, Run, execute
+from kabo.geometry_server import GeometryServer
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.plan import BodyParts, Plan
-from kabo.recovery import Replanner
-from kabo.recovery.first_motion import begun, first_motion, stating, with_parts_of
-from kabo.scene import Attachment, Scene
+from kabo.recovery import Replanner, replanning
+from kabo.recovery.first_motion import begun_with, first_motion, goes_on, in_a_thread, with_known_parts
+from kabo.scene import Attachment, Scene, beginning_at
 
 DOMAINS = Path(__file__).parents[2] / "domains"
 NAMES = ["stacked/n2.yaml", "circular_rearrange/n2.yaml", "force_sensing/n1.yaml", "inspection/three_boxes.yaml"]
@@ -31,12 +39,21 @@ def stacked() -> tuple[kabo.Problem, Scene, Plan]:
 
 
 def shaken(plan: Plan, node: str) -> Plan:
-    """The plan with a node whose last joint is elsewhere in the middle of its first trajectory."""
+    """The plan with a node whose last joint is elsewhere in the middle of its first trajectory, if it has one."""
     first, *others = plan.nodes[node].motion
-    assert first.trajectory is not None
+    if first.trajectory is None:
+        return plan
     pieces = [np.array(piece) for piece in first.trajectory.coefficients]
     pieces[len(pieces) // 2][-1, 0] += 0.3
-    motion = (replace(first, trajectory=replace(first.trajectory, coefficients=tuple(pieces))), *others)
+    motion = (
+        replace(
+            first,
+            trajectory=replace(
+                first.trajectory, coefficients=tuple(tuple(map(tuple, piece.tolist())) for piece in pieces)
+            ),
+        ),
+        *others,
+    )
     return replace(plan, nodes={**plan.nodes, node: replace(plan.nodes[node], motion=motion)})
 
 
@@ -76,6 +93,11 @@ def repaired(name: str) -> tuple[kabo.Problem, Scene, Plan, Plan]:
     return problem, scene, plan, new
 
 
+def parts_in(scene: Scene, plan: Plan) -> SceneSurroundings:
+    assert plan.start is not None
+    return GeometryServer(beginning_at(scene, plan.start), scene.epsilon).surroundings
+
+
 def test_parts_that_are_known_to_enclose_the_bodies_are_not_looked_at_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -86,36 +108,33 @@ def test_parts_that_are_known_to_enclose_the_bodies_are_not_looked_at_again(
     parts._COVERED.clear()
     assert kabo.verify(problem, plan, scene=scene).ok
     monkeypatch.setattr(parts, "uncovered", _looked_at)
-    first = with_parts_of(plan, cut_out, scene)
+    first = with_known_parts(replace(cut_out, certificate=None), parts_in(scene, new), plan)
     assert first.certificate is not None
     assert all(own == plan.certificate.bodies.get(key, own) for key, own in first.certificate.bodies.items())
     report = kabo.verify(scene, first)
     assert report.ok and report.certificate is not None, report
     with pytest.raises(LookupError):  # the plan has parts of its own
         kabo.verify(scene, cut_out)
-    monkeypatch.undo()
-    stated = stating(new, first)
-    assert kabo.verify(problem, stated, start=kabo.State((), new.start), scene=scene).ok
-    assert stated.certificate is not None
-    least = {each.segment: each.clearance for each in first.certificate.segments}
-    for each in stated.certificate.segments:
-        if each.node == new.root and least[each.segment] is not None:
-            assert each.clearance is not None and each.clearance <= least[each.segment]
 
 
-def test_parts_that_do_not_suffice_are_not_used(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
+def test_parts_that_do_not_suffice_are_not_used(
+    stacked: tuple[kabo.Problem, Scene, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
     _, scene, plan = stacked
-    first = first_motion(plan, scene)
+    first = first_motion(replace(plan, certificate=None), scene)
     assert first is not None and plan.certificate is not None
+    surroundings = parts_in(scene, plan)
+    own = with_known_parts(first, surroundings, replace(plan, certificate=None)).certificate
+    assert own is not None
     corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
     huge = BodyParts((8,), corners.astype("<f8").tobytes())
     coarse = replace(plan.certificate, bodies=dict.fromkeys(plan.certificate.bodies, huge))
-    assert with_parts_of(replace(plan, certificate=coarse), first, scene) is first
-    assert first.certificate is not None
-    segments = tuple(replace(each, clearance=5.0) for each in first.certificate.segments)
-    tight = replace(first, certificate=replace(first.certificate, segments=segments))
-    assert with_parts_of(plan, tight, scene) is tight, "much less is proven with other parts"
-    assert with_parts_of(replace(plan, certificate=None), first, scene) is first
+    assert with_known_parts(first, surroundings, replace(plan, certificate=coarse)).certificate == own
+    for share, serves in ((0.5, False), (0.9, True)):
+        least = share * min(each.clearance or np.inf for each in own.segments)
+        less = replace(own, segments=tuple(replace(each, clearance=least) for each in own.segments))
+        monkeypatch.setattr("kabo.recovery.first_motion.certificate_with_parts", lambda *_, less=less: less)
+        assert with_known_parts(first, surroundings, plan).certificate == (less if serves else own)
 
 
 def test_a_plan_of_one_motion_has_no_first_one(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
@@ -123,7 +142,32 @@ def test_a_plan_of_one_motion_has_no_first_one(stacked: tuple[kabo.Problem, Scen
     last = next(name for name, node in plan.nodes.items() if node.motion and not plan.nodes[str(node.next)].motion)
     rest = {name: plan.nodes[name] for name in (last, str(plan.nodes[last].next))}
     assert first_motion(replace(plan, root=last, nodes=rest), scene) is None
-    assert first_motion(replace(plan, certificate=None), scene) is None
+
+
+def test_a_plan_goes_on_as_it_begins_or_is_another_one(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
+    _, scene, plan = stacked
+    first = first_motion(plan, scene)
+    assert first is not None
+    begin = begun_with(plan, first)
+    assert begin.certificate == first.certificate and begin.nodes.keys() == plan.nodes.keys()
+    assert begin.nodes[plan.root] == plan.nodes[plan.root]
+    assert not any(node.motion for name, node in begin.nodes.items() if name != plan.root)
+    assert goes_on(begin, plan) and not goes_on(None, plan)
+    assert not goes_on(begin, shaken(plan, plan.root)), "another motion"
+    goal = next(name for name, node in plan.nodes.items() if node.kind == "goal")
+    shorter = {**plan.nodes, plan.root: replace(plan.nodes[plan.root], next=goal)}
+    assert not goes_on(begin, replace(plan, nodes=shorter)), "other actions"
+
+
+@pytest.mark.parametrize("quality", ["fast", "good"])
+def test_a_solve_tells_the_first_motion_before_the_others_are_proven(quality: Any) -> None:
+    told: list[tuple[Plan, SceneSurroundings]] = []
+    problem = kabo.load_problem(DOMAINS / "stacked" / "n2.yaml")
+    plan = kabo.solve(problem, quality=quality, on_first=lambda *given: told.append(given)).plan
+    ((begin, _),) = told
+    assert plan is not None and plan.certificate is not None and begin.certificate is None
+    assert goes_on(begin, plan)
+    assert plan == kabo.solve(problem, quality=quality).plan
 
 
 def test_a_motion_into_which_the_next_one_begins_is_proven_with_the_whole_plan() -> None:
@@ -131,12 +175,12 @@ def test_a_motion_into_which_the_next_one_begins_is_proven_with_the_whole_plan()
     first = kabo.solve(problem).plan
     assert first is not None and problem.scene is not None
     state, scene = kabo.after(problem, first, []), kabo.load_scene(problem.scene)
-    plan = kabo.solve(problem, start=state, quality="good").plan
-    assert plan is not None
+    begun: Future[Answer] = Future()
+    answer = Replanner(problem, scene, {"quality": "good", "timeout": 600.0})._solved(state, first, begun)
+    plan = answer.plan
+    assert plan is not None and answer.report is not None and answer.report.ok, answer.reason
     following = plan.nodes[str(plan.nodes[plan.root].next)]
-    assert following.overlap > 0.0 and first_motion(plan, scene) is None
-    answer = Replanner(problem, scene)._proven(plan, state, first)
-    assert answer.plan is plan and answer.rest is None, answer.reason
+    assert following.overlap > 0.0 and first_motion(plan, scene) is None and not begun.done()
 
 
 class Shifting(KinematicRobot):
@@ -150,14 +194,22 @@ class Shifting(KinematicRobot):
             self.world = self.world.replace({"o1": Attachment("world", (x + 0.014, y, z), own.quaternion)})
 
 
-class Careless(Replanner):
-    """Spoils a node of each plan that it finds, before anything is proven."""
+def spoiling(monkeypatch: pytest.MonkeyPatch, spoilt: Callable[[Plan], Plan]) -> None:
+    """Each plan that is found anew is spoilt before anything of it is proven."""
 
-    spoilt = 0  # the number of the node
+    def solve(problem: kabo.Problem, *, on_first: Any, **more: Any) -> kabo.Result:
+        result = kabo.solve(problem, on_first=lambda plan, parts: on_first(spoilt(plan), parts), **more)
+        return result if result.plan is None else replace(result, plan=spoilt(result.plan))
 
-    def _proven(self, plan: Plan, state: kabo.State, earlier: Plan) -> Answer:
+    monkeypatch.setattr(replanning, "solve", solve)
+
+
+def shaking(number: int) -> Callable[[Plan], Plan]:
+    def spoilt(plan: Plan) -> Plan:
         names = [name for name, node in plan.nodes.items() if node.motion]
-        return super()._proven(shaken(plan, names[min(self.spoilt, len(names) - 1)]), state, earlier)
+        return shaken(plan, names[min(number, len(names) - 1)])
+
+    return spoilt
 
 
 def carried_out(case: tuple[kabo.Problem, Scene, Plan], recovery: Replanner) -> Run:
@@ -166,28 +218,43 @@ def carried_out(case: tuple[kabo.Problem, Scene, Plan], recovery: Replanner) -> 
     return execute(plan, scene, robot, KnownTruth(poses=robot.poses), recovery=recovery)
 
 
-def test_what_is_not_proven_is_not_begun(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
-    recovery = Careless(stacked[0], stacked[1])
-    run = carried_out(stacked, recovery)
+def test_what_is_not_proven_is_not_begun(
+    stacked: tuple[kabo.Problem, Scene, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spoiling(monkeypatch, shaking(0))
+    run = carried_out(stacked, Replanner(*stacked[:2]))
     assert not run.reached_goal and "the new plan is not proven" in run.reason
 
 
-def test_a_plan_without_a_certificate_is_not_begun(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
+def test_a_plan_without_a_certificate_is_not_begun(
+    stacked: tuple[kabo.Problem, Scene, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It has no margins: the least error of what is measured would end it in the midst of a motion."""
 
-    class Without(Replanner):
-        def _proven(self, plan: Plan, state: kabo.State, earlier: Plan) -> Answer:
-            plan = replace(plan, certificate=None, certificate_gaps=("n0: too near",))
-            return super()._proven(plan, state, earlier)
+    def without(first: Plan, *_: object) -> Plan:
+        return replace(first, certificate_gaps=("n0: too near",))
 
-    run = carried_out(stacked, Without(*stacked[:2]))
+    monkeypatch.setattr(replanning, "with_known_parts", without)
+    spoiling(monkeypatch, lambda plan: replace(plan, certificate=None, certificate_gaps=("n0: too near",)))
+    run = carried_out(stacked, Replanner(*stacked[:2]))
     assert not run.reached_goal and run.reason.endswith("the new plan is not proven: n0: too near")
 
 
-def test_nothing_goes_on_before_the_rest_is_proven(stacked: tuple[kabo.Problem, Scene, Plan]) -> None:
-    recovery = Careless(stacked[0], stacked[1])
-    recovery.spoilt = 1
-    run = carried_out(stacked, recovery)
+def test_a_plan_that_goes_on_otherwise_is_given_up(
+    stacked: tuple[kabo.Problem, Scene, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(replanning, "goes_on", lambda *_: False)
+    run = carried_out(stacked, Replanner(*stacked[:2]))
+    assert [each["rest"] for each in run.log.of("proven")] == [False]
+    kinds = [each["kind"] for each in run.log.of("answer")]
+    assert kinds == ["finish", "replan", "repair"], "from where the first motion has ended it is asked again"
+
+
+def test_nothing_goes_on_before_the_rest_is_proven(
+    stacked: tuple[kabo.Problem, Scene, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spoiling(monkeypatch, shaking(1))
+    run = carried_out(stacked, Replanner(*stacked[:2]))
     assert not run.reached_goal and run.surprise is not None
     assert "the rest of the plan is not proven" in run.reason
     records = [(each["event"], each.get("rest")) for each in run.log.records]
@@ -209,8 +276,8 @@ def test_a_run_is_the_same_however_long_the_proof_of_the_rest_takes(
         def answer(self, interruption: Interruption) -> Answer:
             found = super().answer(interruption)
             if found.rest is not None:
-                report = found.rest()
-                assert report.ok
+                whole = found.rest()
+                assert whole.report is not None and whole.report.ok
             return found
 
     runs = [carried_out(stacked, kind(*stacked[:2])) for kind in (Replanner, Whole)]
@@ -223,4 +290,25 @@ def test_an_error_of_a_proof_is_raised_where_it_is_waited_for() -> None:
         raise OSError("no such file")
 
     with pytest.raises(OSError, match="no such file"):
-        begun(check).result()
+        in_a_thread(check).result()
+
+
+def test_a_search_ends_when_the_run_that_waits_for_it_is_interrupted(
+    stacked: tuple[kabo.Problem, Scene, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended = Event()
+
+    def solve(*_: object, cancelled: Callable[[], bool], **__: object) -> kabo.Result:
+        while not cancelled():
+            sleep(0.001)
+        ended.set()
+        raise InputError([])
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(replanning, "solve", solve)
+    monkeypatch.setattr(replanning, "wait", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        carried_out(stacked, Replanner(*stacked[:2]))
+    assert ended.wait(10.0)

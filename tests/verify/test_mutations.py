@@ -1,6 +1,7 @@
 """What an oracle sees collide is refused, and what is refused for a collision is near one; benchmarks/verification.py
 does the same with the plans of scenarios."""
 
+from dataclasses import replace
 from itertools import islice
 
 import pytest
@@ -10,6 +11,7 @@ from kabo.verify import verify_plan
 from tests.support.motion_mutations import Case, mutants
 from tests.support.oracles_motions import Judge, replay_of, states_of
 from tests.verify import bench as by_hand
+from tests.verify.certified import with_certificate
 
 PLANS = {
     "hand over": lambda: [by_hand.take_peg(), by_hand.hand_over()],
@@ -17,6 +19,24 @@ PLANS = {
     "bimanual": lambda: [by_hand.take_peg(), by_hand.take_socket(), by_hand.insert_bimanual()],
 }
 MUTANTS = 24  # of each plan: every kind of mutation twice, or more often
+
+
+def test_what_a_certificate_has_to_prove_is_refused_without_a_look_at_the_meshes(counter):
+    """All that the meshes refuse, the certificate refuses as well: they are two proofs of the same."""
+    case = Case("counter", counter.problem, with_certificate(counter))
+    alone = verify_plan(case.problem, case.plan, meshes=False)
+    assert alone.ok and alone.certificate is not None and alone.pairs < verify_plan(case.problem, case.plan).pairs
+    refused = 0
+    for mutant in islice(mutants(case, 1), MUTANTS):
+        by_both = verify_plan(mutant.problem, mutant.plan)
+        bare = replace(mutant.plan, certificate=None)
+        by_meshes, without = (verify_plan(mutant.problem, bare, meshes=meshes) for meshes in (True, False))
+        assert without.findings == by_meshes.findings, "without a certificate there are only the meshes"
+        assert verify_plan(mutant.problem, mutant.plan, meshes=False).ok is by_both.ok, mutant.kind
+        refused += not by_meshes.ok
+    assert refused > MUTANTS // 5
+    empty = replace(case.plan, certificate=replace(case.plan.certificate, near=None))
+    assert verify_plan(case.problem, empty, meshes=False).pairs == verify_plan(case.problem, empty).pairs
 
 
 @pytest.mark.parametrize("name", PLANS)

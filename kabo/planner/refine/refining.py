@@ -137,10 +137,18 @@ def _hasten_lanes(stretch: Sequence[Stop], known: Mapping[Stop, Freedoms], serve
 class FoundMotion:
     """The motion of a plan as it was found, without times and with them."""
 
-    def __init__(self, variants: tuple[Variant, ...], server: GeometricProcedures) -> None:
-        """The motion of an evaluation in which every call succeeded; the first variant is the root."""
+    def __init__(
+        self, variants: tuple[Variant, ...], server: GeometricProcedures, began: Callable[[], None] | None = None
+    ) -> None:
+        """The motion of an evaluation in which every call succeeded; the first variant is the root.
+
+        `began` is called when the root's motion alone has its times.
+        """
         self.stops = stops_of(variants, server)
         self._untimed = self._now()
+        if began is not None:
+            time_motion(self.stops[:1], server)
+            began()
         self.length = longest(self.stops, length_of)
         time_motion(self.stops, server)
         self.seconds = longest(self.stops, seconds_of)

@@ -5,6 +5,7 @@ This module and its imports load the kernels, so `solve` imports it only for pro
 
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -95,15 +96,19 @@ def _blocked_starts(server: GeometryServer) -> Iterator[str]:
 def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Result:
     """The result with the plan of a complete evaluation, refined and certified if the options ask for that.
 
-    If refining or certifying is still to be done, `run.on_found` is first called with the plan as it was found.
+    If refining or certifying is still to be done, `run.on_found` is first called with the plan as it was found; and
+    `run.on_first`, as soon as the root's motion is as it will be.
     """
-    plan, found = None, FoundMotion(variants, server)
+    plan, first = None, None if run.on_first is None else partial(_told_first, run, variants, server)
+    found = FoundMotion(variants, server, None if run.options.quality == "good" else first)
     if run.on_found is not None and (run.options.quality == "good" or run.certifies):
         plan = _assembled(run, variants, server)
         run.on_found(Result("solved", _uncertified(run, plan), statistics_of(run, server)))
     if run.options.quality == "good":
         run.report_progress("refining")
         run.refined, plan = refine(found, server).written(), None
+        if first is not None:
+            first()
         if server.stop():
             run.note_cut("refining", "some of its motion is as it was found")
     if plan is None:
@@ -176,6 +181,11 @@ def _assembled(run: SolveRun, variants: tuple[Variant, ...], server: GeometricPr
         run.problem, variants, server, files_read(run.problem, server), run.options.written(), run.start
     )
     return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
+
+
+def _told_first(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> None:
+    assert run.on_first is not None
+    run.on_first(_assembled(run, variants, server), server.server.surroundings)
 
 
 def _uncertified(run: SolveRun, plan: Plan) -> Plan:

@@ -23,6 +23,7 @@ class Tally:
     pairs: int = 0
     distances: int = 0
     least: Least | None = None
+    certified: bool = False  # a certificate has to prove apart what may not touch
     known: dict[bytes, Proof] = field(default_factory=dict)
     stretches: list[MotionStretch] = field(default_factory=list)  # all stretches checked, for the certificate
     trajectories: TrajectoryFigures = field(default_factory=TrajectoryFigures)
@@ -53,7 +54,7 @@ def check_collision(
         world: the scene.
         tally: the figures and earlier proofs, to which this check adds.
     """
-    yield from check_pairs(node, paths, list(_pairs(moving, standing, permits, world)), permits, tally)
+    yield from check_pairs(node, paths, list(_pairs(moving, standing, permits, world, tally)), permits, tally)
 
 
 def check_pairs(
@@ -79,12 +80,13 @@ def check_pairs(
 
 
 def _pairs(
-    moving: Sequence[SweptBody], standing: Sequence[SweptBody], permits: Permits, world: SceneModel
+    moving: Sequence[SweptBody], standing: Sequence[SweptBody], permits: Permits, world: SceneModel, tally: Tally
 ) -> Iterator[tuple[SweptBody, SweptBody]]:
     for i, first in enumerate(moving):
         for second in (*moving[i + 1 :], *standing):
             names = first.name, second.name
-            if world.may_meet(*names) and not (permits.loose and frozenset(names) in permits.loose):
+            apart = tally.certified and permits.shift(*names) is None
+            if not apart and world.may_meet(*names) and not (permits.loose and frozenset(names) in permits.loose):
                 yield first, second
 
 

@@ -252,7 +252,7 @@ def open_intervals(
     Balls are compared at places about `STATION_SPACING` apart; the intervals around the places that they prove
     free are removed.
     """
-    bounds = np.array([weights(path, *pair) for pair in pairs]).reshape(len(pairs), -1)
+    bounds = np.array([weights(path, *pair) for pair in pairs]).reshape(len(pairs), path.steps.shape[1])
     travel = path.steps @ bounds.T if path.exact else path.steps @ bounds.T + path.strays(bounds)
     moving = [int(i) for i in np.flatnonzero(travel.sum(axis=0) > 0.0)]
     if not moving:

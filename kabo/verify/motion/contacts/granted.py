@@ -19,11 +19,7 @@ from kabo.verify.motion.sweep import CONTACT_DISTANCE, SweptBody
 BodyNames = frozenset[str]
 
 CONTACT_DEPTHS = (1e-5, 1e-4)  # [m] how deep an object may be in its support; the first that suffices is granted
-INITIAL_CONTACT_DEPTHS = (
-    1e-5,
-    1e-4,
-    1e-3,
-)  # [m] the same for an object that no motion of the plan has moved before
+INITIAL_CONTACT_DEPTHS = (1e-5, 1e-4, 1e-3)  # [m] the same for an object that no motion has moved before
 MAX_SUPPORT_GAP = 1e-3  # [m] between an object and its support; placements may be missed by as much
 
 
