@@ -22,8 +22,8 @@ from kabo.kinematics import project
 from kabo.kinematics.closed_form import branches, end_poses
 from kabo.kinematics.inverse import pose_rows
 from kabo.kinematics.sampling import seeds
+from kabo.language.recorded_paths import installed_folder
 from kabo.language.scene_description import PoseDescription, RobotDescription
-from kabo.language.yaml.paths import installed_folder
 from kabo.scene import Robot, Structure
 from kabo.scene.transforms import unflat
 from kabo.scene.urdf import load_robot

@@ -6,7 +6,7 @@ from time import perf_counter, process_time
 from typing import Any
 
 from kabo.language import load_scene_description
-from kabo.language.yaml.paths import installed_folder
+from kabo.language.recorded_paths import installed_folder
 from kabo.scene import Scene, load_scene
 from kabo.tasks import Task, load_task_file
 from kabo.tasks.files.first_scenes import first_scene

@@ -4,8 +4,10 @@
 """
 
 import difflib
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal
 
@@ -107,6 +109,16 @@ class ServiceError(KaboError):
     def __reduce__(self) -> tuple[partial["ServiceError"], tuple[str, str]]:
         """Another process gets the request's id and the time as well."""
         return partial(type(self), request=self.request, retry_after_s=self.retry_after_s), (self.code, str(self))
+
+
+@contextmanager
+def naming(**files: os.PathLike[str] | str | None) -> Iterator[None]:
+    """Findings in the block about a `plan` or a `state` in memory name the file that it was read from."""
+    try:
+        yield
+    except InputError as error:
+        named = (replace(each, file=str(files.get(each.file) or each.file)) for each in error.diagnostics)
+        raise InputError(named) from error.__cause__
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str | None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from kabo.errors import Diagnostic, InputError
+from kabo.errors import Diagnostic, InputError, naming
 from kabo.language import check_files as findings_in
 from kabo.language import (
     is_exploration,
@@ -89,18 +89,19 @@ def solve_file(
         with phase("reading the problem", log=_LOG):
             problem = read_problem(path, within, domain)
         found = None if on_found is None else lambda each: on_found(result_to_json(each), plan_to_json(each.plan))
-        result = solve(
-            problem,
-            **options,
-            start=None if start is None else load_state(start),
-            memo=None if former is None else Memo.of_plan(problem, load_plan(former)),
-            workers=workers,
-            progress=progress,
-            cancelled=cancelled,
-            on_found=found,
-            on_refused=None if on_refused is None else lambda each: on_refused(result_to_json(each)),
-            on_procedures=on_procedures,
-        )
+        with naming(state=start, plan=former):
+            result = solve(
+                problem,
+                **options,
+                start=None if start is None else load_state(start),
+                memo=None if former is None else Memo.of_plan(problem, load_plan(former)),
+                workers=workers,
+                progress=progress,
+                cancelled=cancelled,
+                on_found=found,
+                on_refused=None if on_refused is None else lambda each: on_refused(result_to_json(each)),
+                on_procedures=on_procedures,
+            )
     except InputError as error:
         return SolveAnswer(invalid_to_json(error), error=error)
     return SolveAnswer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))
@@ -162,7 +163,10 @@ def verify_file(
     with phase("reading the plan", log=_LOG):
         judged = load_plan(plan)
     begins = None if start is None else load_state(start)
-    return verify_plan(read, judged, knowledge_only=knowledge_only, paranoid=paranoid, start=begins, scene=scene)
+    with naming(plan=plan, state=start):
+        return verify_plan(
+            read, judged, knowledge_only=knowledge_only, paranoid=paranoid, start=begins, scene=scene
+        )
 
 
 def verify_task_report(

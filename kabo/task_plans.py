@@ -6,12 +6,12 @@ motion in the scene, not what it is for.
 
 import hashlib
 import json
-import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.language.recorded_paths import recorded_files
 from kabo.language.scene_description import SceneDescription
 from kabo.options import Options
 from kabo.plan import Plan, plan_from_json
@@ -186,11 +186,9 @@ def _require_known(motion: MotionReport, scene: "Scene", file: str) -> None:
 
 
 def _files(scene: "Scene", description: SceneDescription) -> dict[str, str]:
-    """The hashes of the scene's files, by their paths relative to its folder."""
-    folder = description.path.resolve().parent
+    """The hashes of the scene's files, by their names in a plan."""
     digest = "sha256:" + hashlib.sha256(description.path.read_bytes()).hexdigest()
-    read = {Path(os.path.relpath(path.resolve(), folder)).as_posix(): each for path, each in scene.files.items()}
-    return {description.path.name: digest, **read}
+    return {description.path.name: digest, **recorded_files(scene.files.items(), description.path.parent)}
 
 
 def _options(report: Report, number: int, scene: "Scene") -> dict[str, Any]:

@@ -229,3 +229,60 @@ def test_a_clearance_that_cannot_be_had_says_for_whom_and_how_much_there_is(scen
     for wrong in (-0.001, 0.5, float("nan")):
         with pytest.raises(ValueError, match=r"clearance must be a length from 0 to 0\.3 m"):
             kabo.plan_motion(scene, "arm", "home", "there", clearance=wrong)
+
+
+# ------------------------------------------------------------------------------------------------ installed robots
+SLIDER = """<robot name="slider"><link name="base"/>
+  <link name="cart"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+  <joint name="slide" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="1 0 0"/>
+    <limit lower="-1" upper="1" velocity="1" effort="10"/></joint></robot>"""
+INSTALLED = """
+scene: rail
+epsilon: 0.01
+packages: {toy: installed}
+robots:
+  cart: {urdf: package://toy/slider.urdf, joints: [slide], configurations: {home: [0], there: [0.5]}}
+"""
+
+
+def installed_plan(folder: Path) -> tuple[Path, kabo.Plan]:
+    folder.mkdir(parents=True)
+    path = folder / "scene.yaml"
+    path.write_text(INSTALLED)
+    return path, find_motion(kabo.load_scene(path), "cart", "home", "there").plan()
+
+
+def test_a_plan_with_an_installed_robot_is_the_same_in_any_folder_and_verified_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    toy = tmp_path / "environment" / "share" / "toy"
+    toy.mkdir(parents=True)
+    (toy / "slider.urdf").write_text(SLIDER)
+    monkeypatch.setattr("sys.prefix", str(tmp_path / "environment"))
+    _, here = installed_plan(tmp_path / "here")
+    there, same = installed_plan(tmp_path / "far" / "away" / "there")
+    assert "package://toy/slider.urdf" in here.files
+    assert here == same
+    scene = kabo.load_scene(there)
+    assert kabo.verify(scene, here).ok
+    old = {
+        name.replace("package://toy", "../../../environment/share/toy"): each for name, each in here.files.items()
+    }
+    assert kabo.verify(scene, replace(here, files=old)).ok  # as plans were once written
+    more = {**here.files, "package://toy/gone.stl": "sha256:0", "package://toy/slider.urdf": "sha256:0"}
+    said = str(kabo.verify(scene, replace(here, files=more)))
+    assert "package://toy/gone.stl does not exist any more" in said and "slider.urdf has changed since" in said
+    other = there.with_name("other.yaml")
+    other.write_text("scene: rail\nepsilon: 0.01\n")
+    assert "slider.urdf does not exist" not in str(kabo.verify(kabo.load_scene(other), here))
+    (toy / "slider.urdf").write_text(SLIDER + "<!-- another -->")
+    assert "package://toy/slider.urdf has changed since" in str(kabo.verify(scene, here))
+
+
+def test_a_robot_that_nothing_could_meet_is_verified(tmp_path: Path):
+    (tmp_path / "slider.urdf").write_text(SLIDER)
+    path = tmp_path / "scene.yaml"
+    path.write_text(INSTALLED.replace("packages: {toy: installed}\n", "").replace("package://toy/", ""))
+    scene = kabo.load_scene(path)
+    report = kabo.verify(scene, find_motion(scene, "cart", "home", "there").plan())
+    assert report.ok and report.pairs == 0, str(report)

@@ -111,11 +111,11 @@ def bounded(least: float, most: float, unit: str) -> Callable[[str], float]:
 def _metres(text: str) -> float:
     """A length in metres, or in the unit that follows the number: `0.003` and `3mm` are the same."""
     number = text.strip()
-    factor = next((factor for unit, factor in LENGTHS.items() if number.endswith(unit)), 1.0)
+    unit = next((unit for unit in LENGTHS if number.endswith(unit)), "")
+    factor = LENGTHS.get(unit, 1.0)
     try:
-        return (
-            round(float(number.rstrip("cm").strip()) * factor, 12) if factor != 1.0 else float(number.rstrip("m"))
-        )
+        value = float(number.removesuffix(unit))
+        return value if factor == 1.0 else round(value * factor, 12)
     except ValueError:
         raise argparse.ArgumentTypeError(
             f"{text!r} is not a length: write metres or millimetres, 0.003 or 3mm"

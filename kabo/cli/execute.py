@@ -14,7 +14,7 @@ from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics
 from kabo.cli.solving import add_problem_argument
 from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell, warn
 from kabo.cli.truth import add_truth, truth_of
-from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.errors import Diagnostic, InputError, did_you_mean, naming
 
 NAME = "execute"
 HELP = "carry out a plan: follow its motions, sense, branch, watch; ends at the goal or in a safe stop with its reason"
@@ -98,7 +98,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Carries out the plan; the exit code is 7 if it stopped before a goal."""
     report = None
-    with clean_standard_output():
+    with naming(plan=options.plan), clean_standard_output():
         filming = Filming(options)
         plan = rooms.load_plan(options.plan)
         scene = None if plan.start is None else rooms.load_scene(options.problem)
@@ -107,7 +107,7 @@ def run(options: argparse.Namespace) -> int:
             if not report.ok:
                 answer(f"{options.plan}: {report}".rstrip("\n"))
                 return exit_codes.VERIFICATION_FAILED
-        sensors, hidden = truth_of(options, options.problem, options.domain)
+        sensors, hidden = truth_of(options, options.problem, options.domain, plan)
         if sensors is not None:
             rooms.require_answers(plan, sensors)
         if options.on == "zenoh" and options.truth_file is not None:

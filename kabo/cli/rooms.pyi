@@ -41,11 +41,13 @@ from kabo.geometry_server import robot_scene_text as robot_scene_text
 from kabo.geometry_server import robot_summary as robot_summary
 from kabo.language import SensorsDescription as SensorsDescription
 from kabo.language import TruthDescription as TruthDescription
+from kabo.language import is_imported as is_imported
 from kabo.language import kind_of_file as kind_of_file
 from kabo.language import load_problem as load_problem
 from kabo.language import load_scene_description as load_scene_description
 from kabo.language import load_sensors as load_sensors
 from kabo.language import load_truth as load_truth
+from kabo.language import question_of as question_of
 from kabo.language.exploration_description import ExplorationDescription as ExplorationDescription
 from kabo.meshes import Mesh as Mesh
 from kabo.meshes import hull_faces as hull_faces

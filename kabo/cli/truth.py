@@ -31,16 +31,25 @@ def add_truth(parser: argparse.ArgumentParser) -> None:
 
 
 def truth_of(
-    options: argparse.Namespace, problem: Path, domain: Path | None
+    options: argparse.Namespace, problem: Path, domain: Path | None, plan: "rooms.Plan | None" = None
 ) -> tuple["rooms.SensorsDescription | None", "rooms.TruthDescription"]:
-    """The sensors, if there is a file of them, and what is true: by its file, and by the answers of the command."""
+    """The sensors, if there is a file of them, and what is true: by its file, and by the answers of the command.
+
+    Raises:
+        InputError: an answer is to no question that `plan` or the problem knows, or a file has errors.
+    """
     answers = dict(map(_pair, options.truth))
-    if options.sensors is None and options.truth_file is None:
-        return None, rooms.TruthDescription(answers=answers)
-    if rooms.kind_of_file(problem) == "scene":
+    if not answers and options.sensors is None and options.truth_file is None:
+        return None, rooms.TruthDescription()
+    if not rooms.is_imported(problem) and rooms.kind_of_file(problem) == "scene":
         text = "sensors and truths speak of a problem's objects, and this is a scene"
         raise InputError([Diagnostic(str(problem), 1, 1, text, "give the problem file")])
     loaded = rooms.load_problem(problem, domain)
+    asked = () if plan is None else {name for node in plan.nodes.values() for name in (node.on, *node.delivers)}
+    answers = {
+        name if name in asked else rooms.question_of(name, loaded, "--truth"): answer
+        for name, answer in answers.items()
+    }
     sensors = None if options.sensors is None else rooms.load_sensors(options.sensors, loaded)
     if options.truth_file is None:
         return sensors, rooms.TruthDescription(answers=answers)

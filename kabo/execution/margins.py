@@ -8,7 +8,7 @@ counts. What a hand holds turns with it, and nobody knows how a displacement goe
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import inf
+from math import ceil, inf
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -237,10 +237,10 @@ class Margins:
         lacking = self.lacking(errors)
         if lacking is None:
             return
-        needed = f"{1000 * lacking.needed:.2g} mm"
-        text = f"a clearance of {1000 * lacking.proven:.2g} mm is proven{lacking.where}"
+        needed = f"{1000 * lacking.needed:.3g} mm"
+        text = f"a clearance of {1000 * lacking.proven:.3g} mm is proven{lacking.where}"
         text += f", and robots are up to {needed} off their paths"
-        hint = f"plan with --clearance {1000 * lacking.needed:.2g}mm, or carry it out --despite-margins"
+        hint = f"plan with --clearance {ceil(1e4 * lacking.needed) / 10:g}mm, or carry it out --despite-margins"
         raise InputError([Diagnostic("plan", 1, 1, text, hint)])
 
     # ----------------------------------------------------------------------------------------------- by pair

@@ -9,6 +9,8 @@ from kabo.language.problem import Problem as Problem
 from kabo.language.reading import check_files as check_files
 from kabo.language.reading import is_imported as is_imported
 from kabo.language.reading import load_problem as load_problem
+from kabo.language.recorded_paths import file_of as file_of
+from kabo.language.recorded_paths import recorded_files as recorded_files
 from kabo.language.scene_description import SceneDescription as SceneDescription
 from kabo.language.sensors_description import CameraDescription as CameraDescription
 from kabo.language.sensors_description import Measurement as Measurement
@@ -36,3 +38,4 @@ from kabo.language.yaml.task_file import STAGE_KEYS as STAGE_KEYS
 from kabo.language.yaml.task_file import TASK_KEYS as TASK_KEYS
 from kabo.language.yaml.task_file import find_task as find_task
 from kabo.language.yaml.truth_file import load_truth as load_truth
+from kabo.language.yaml.truth_file import question_of as question_of

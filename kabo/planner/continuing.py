@@ -80,7 +80,8 @@ def _acted(number: int, step: Done, state: int, actions: Mapping[object, GroundA
     text = f"{step.action}({', '.join(map(str, map(_text, step.arguments.values())))})"
     if action is None:
         names = {each.name for each in actions.values()}
-        hint = None if step.action in names else did_you_mean(str(step.action), names)
+        known = (f"{each.name}({', '.join(map(str, each.arguments.values()))})" for each in actions.values())
+        hint = did_you_mean(text, known) if step.action in names else did_you_mean(str(step.action), names)
         raise _fault(number, f"{text} is no action that matters in this problem", hint)
     if not action.applicable(state):
         raise _fault(number, f"the preconditions of {text} did not hold", None)

@@ -7,10 +7,8 @@ it is open it is said to hold what stands there, as only what a hand holds may t
 """
 
 import hashlib
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -22,6 +20,7 @@ from kabo.execution.loads import load_of
 from kabo.execution.motions import SAME_TIME
 from kabo.geometry_server import GeometryServer, whole_state
 from kabo.geometry_server.foresight.starts import start_faults
+from kabo.language import recorded_files
 from kabo.motion import Held
 from kabo.motion.timed_motion import timed_path
 from kabo.options import Options
@@ -290,8 +289,5 @@ def files_of(scene: Scene) -> dict[str, str]:
     """The hashes of the scene's files, by their paths relative to its folder, as plans of tasks have them."""
     assert scene.description is not None
     path = scene.description.path
-    read = {
-        Path(os.path.relpath(each.resolve(), path.resolve().parent)).as_posix(): digest
-        for each, digest in scene.files.items()
-    }
+    read = recorded_files(scene.files.items(), path.parent)
     return {path.name: "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest(), **read}

@@ -136,9 +136,9 @@ class Replanner:
         )
         try:
             wait((first, whole), return_when=FIRST_COMPLETED)
-        except BaseException:  # by Ctrl-C: the process ends with its threads
-            given_up.set()
-            raise
+        finally:
+            if not (first.done() or whole.done()):  # by Ctrl-C: the process ends with its threads
+                given_up.set()
         return replace(first.result(), rest=whole.result) if first.done() else whole.result()
 
     def _solved(

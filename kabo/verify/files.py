@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from kabo.language import file_of, recorded_files
 from kabo.plan import Plan
 from kabo.verify.report import Finding
 
@@ -19,14 +20,16 @@ def check_files(plan: Plan, name: str, folder: Path, files: Mapping[str, str]) -
     """
     if plan.problem != name:
         yield Finding(None, f'made for another problem: "{plan.problem}", not "{name}"')
+    # Older plans of kabo name installed files by their path.
+    named = recorded_files([(file_of(path, folder), "") for path in plan.files], folder)
     for path, recorded in sorted(plan.files.items()):
-        now = files.get(path) or _hash(folder / path)
+        now = files.get(path) or _hash(file_of(path, folder))
         if now is None:
             yield Finding(None, f"made for other files: {path} does not exist any more")
         elif now != recorded:
             yield Finding(None, f"made for other files: {path} has changed since")
     yield from _models(plan)
-    for path in sorted(files.keys() - plan.files.keys()):
+    for path in sorted(files.keys() - plan.files.keys() - named.keys()):
         yield Finding(None, f"made for other files: {path} is not recorded in the plan")
 
 

@@ -1,12 +1,10 @@
 """Checks every motion of a plan in the problem's scene."""
 
 import logging
-import os
-from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from kabo.language import Problem
+from kabo.language import Problem, recorded_files
 from kabo.phases import phase
 from kabo.plan import Plan
 from kabo.scene import KeptScenes, Scene, memory_of
@@ -55,7 +53,7 @@ def check_geometry(
         text = "the plan has no motions (made with --geometry none?), but there is a scene: use --knowledge-only"
         return dict(problem.files), [Finding(None, text)], {}, []
     scene = scene or _SCENES.scene(problem.scene)[0]
-    files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
+    files = dict(problem.files) | recorded_files(scene.files.items(), problem.path.parent)
     world = SceneModel(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components = Calls(problem), Components(plan, scene, order)
     certified = not meshes and plan.certificate is not None and plan.certificate.near is not None
@@ -124,9 +122,3 @@ def _epsilon(problem: Problem, plan: Plan) -> Iterator[str]:
     made, told = plan.options.get("epsilon"), problem.scene.epsilon if given is None else given
     if isinstance(made, float | int) and made != told:
         yield f"the plan was made with an epsilon of {made:g} m, the files say {told:g} m"
-
-
-def relative(files: Iterable[tuple[Path, str]], folder: Path) -> dict[str, str]:
-    """The hashes of files; keys are paths relative to a folder, with forward slashes, as plans record them."""
-    start = folder.resolve()
-    return {Path(os.path.relpath(Path(path).resolve(), start)).as_posix(): digest for path, digest in files}

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import kabo
-from kabo.language.yaml.paths import installed_folder
+from kabo.language.recorded_paths import installed_folder
 
 PUBLIC = installed_folder("example-robot-data")
 PANDA = "robots/panda_description/urdf/panda.urdf"

@@ -9,7 +9,7 @@ from kabo.geometry_server import GeometryServer
 from kabo.geometry_server.robot_models.findings import robot_findings
 from kabo.geometry_server.robot_models.model import make_robot_model
 from kabo.language import load_scene_description
-from kabo.language.yaml.paths import installed_folder
+from kabo.language.recorded_paths import installed_folder
 from kabo.scene import load_scene
 
 FOLDER = Path(__file__).parents[2] / "examples" / "tiago_inspection"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from kabo.language.yaml.paths import installed_folder
+from kabo.language.recorded_paths import installed_folder
 from tests.support.page_steps import follow, steps, unmarked
 
 PAGE = Path(__file__).parents[2] / "docs" / "tutorial" / "two_cans.md"

@@ -66,6 +66,8 @@ def test_a_plan_that_is_not_verified_is_not_carried_out(
     ("arguments", "said"),
     [
         (["--truth", "open"], "is no formula with its outcome"),
+        (["--truth", "opem(door_1)=true"], 'did you mean "open"?'),
+        (["--truth", "open(c2_22)=true"], 'there is no cell "c2_22"'),
         (["--on", "hardware"], "--on"),
         (["--rate", "5000"], "--rate"),
         (["--tracking-error", "fast"], "--tracking-error"),

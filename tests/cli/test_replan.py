@@ -9,6 +9,7 @@ import kabo
 from kabo.cli import exit_codes
 from kabo.cli.main import main
 
+MISTYPED = {"action": "sense_door", "arguments": {"i": "c1_2", "j": "c2_22"}}
 DOORS = Path(__file__).parents[2] / "domains" / "doors" / "n3.yaml"
 
 
@@ -54,10 +55,12 @@ def test_states_that_do_not_fit_are_refused_with_what_is_wrong(
         ({"done": [{"action": "fly", "arguments": {}}]}, "fly() is no action that matters"),
         ({"done": [*body["done"], {"on": "open(moon)", "outcome": "true"}]}, "nothing that can be observed"),
         ({"dome": []}, 'unknown key "dome"'),
+        ({"done": [MISTYPED]}, 'did you mean "sense_door(c1_2, c2_2)"?'),
     ):
         (tmp_path / "wrong.json").write_text(json.dumps({**body, **change}))
         assert main([*command, str(tmp_path / "wrong.json")]) == exit_codes.BAD_INPUT
-        assert text in capsys.readouterr().err
+        said = capsys.readouterr().err
+        assert text in said and f"{tmp_path / 'wrong.json'}:1:1: " in said
         assert not (tmp_path / "rest.json").exists()
     assert main([*command, str(tmp_path / "nowhere.json")]) == exit_codes.BAD_INPUT
     grid = DOORS.parents[1] / "grid" / "n3.yaml"

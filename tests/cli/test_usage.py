@@ -27,6 +27,8 @@ WRONG = {
     "solve x.yaml --seed=": "kabo solve: --seed: '' is not a whole number from 0 on",
     "solve x.yaml --search bst": 'kabo solve: --search: there is no "bst"; did you mean "best"?',
     "solve x.yaml --search=bst": 'kabo solve: --search: there is no "bst"; did you mean "best"?',
+    "solve x.yaml --clearance 3mmm": "kabo solve: --clearance: '3mmm' is not a length: write metres or millimetres",
+    "solve x.yaml --clearance 3cmm": "kabo solve: --clearance: '3cmm' is not a length: write metres or millimetres",
     "solve x.yaml --quality best": 'kabo solve: --quality: there is no "best"; choose fast or good',
     "solve x.yaml --certificate=yes": "kabo solve: --certificate takes no value",
     "solve x.yaml --no-certifcate": "kabo solve: there is no option --no-certifcate; did you mean --no-certificate?",

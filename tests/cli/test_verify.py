@@ -22,3 +22,9 @@ def test_a_file_that_is_no_plan_is_exit_2(kabo, parcels):
     assert kabo("verify", "one.yaml", "plan.json").code == 2
     assert kabo("verify", "one.yaml", "absent.json").code == 2
     assert kabo("verify", "absent.yaml", "plan.json").code == 2
+
+
+def test_a_missing_plan_is_named_with_its_place_and_what_was_meant(kabo, parcels):
+    assert kabo("solve", "one.yaml").code == 0
+    said = kabo("verify", "one.yaml", "plan.jso").err
+    assert said.startswith("plan.jso:1:1: there is no such file") and 'did you mean "plan.json"?' in said

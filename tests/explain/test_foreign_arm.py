@@ -11,7 +11,7 @@ import pytest
 from kabo.explain.explain import Explanation, explain, explanation_to_json
 from kabo.geometry_server import start_findings
 from kabo.language import load_problem
-from kabo.language.yaml.paths import installed_folder
+from kabo.language.recorded_paths import installed_folder
 from kabo.plan import schema
 from kabo.planner.result import Result
 from kabo.planner.solve import solve

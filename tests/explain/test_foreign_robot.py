@@ -8,7 +8,7 @@ import pytest
 
 from kabo.geometry_server import Stream, grasp_stream, limiting_joint, start_findings
 from kabo.language import load_problem
-from kabo.language.yaml.paths import installed_folder
+from kabo.language.recorded_paths import installed_folder
 from kabo.planner.solve import solve
 from kabo.scene import load_scene, world_T
 from tests.planner.gantry import DOMAIN, PROBLEM

@@ -17,7 +17,7 @@ from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
 from kabo.geometry_server.robot_models.self_contacts import SelfContacts, rounded_within
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.language import load_scene_description
-from kabo.language.yaml.paths import installed_folder
+from kabo.language.recorded_paths import installed_folder
 from kabo.meshes import Mesh
 from kabo.scene import Scene, load_scene
 from tests.support.small_robots import write_arm

@@ -10,8 +10,8 @@ from kabo.errors import InputError
 from kabo.kinematics import OutOfReach, Reached, solutions
 from kabo.kinematics.closed_form import branches, end_poses, with_the_same_pose
 from kabo.language.formulas import Place
+from kabo.language.recorded_paths import installed_folder
 from kabo.language.scene_description import PoseDescription, RobotDescription
-from kabo.language.yaml.paths import installed_folder
 from kabo.scene import NoStructure, Robot, Structure, link_poses
 from kabo.scene.transforms import transform
 from kabo.scene.urdf import load_robot

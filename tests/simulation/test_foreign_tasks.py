@@ -7,7 +7,7 @@ import pytest
 
 import kabo
 from kabo.execution import KnownTruth, Run, execute
-from kabo.language.yaml.paths import installed_folder
+from kabo.language.recorded_paths import installed_folder
 from kabo.plan import Plan
 from kabo.scene import Scene
 from kabo.scene.transforms import transform

@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from kabo.language import Problem, load_problem
+from kabo.language import Problem, load_problem, recorded_files
 from kabo.plan import Grant, Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange
 from kabo.scene import load_scene
-from kabo.verify.geometry import relative
 from tests.verify.counter import GANTRY
 
 DOMAIN = """domain: joining
@@ -360,7 +359,7 @@ class Bench:
         return builder.build(
             following,
             problem=self.problem.name,
-            files={**self.problem.files, **relative(scene.files.items(), self.problem.path.parent)},
+            files={**self.problem.files, **recorded_files(scene.files.items(), self.problem.path.parent)},
             options={"search": "by hand", "seed": 0, "epsilon": 0.01, "geometry": "bounding"},
             start=StateChange(robots, objects),
         )

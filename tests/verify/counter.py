@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from kabo.language import Problem, load_problem
+from kabo.language import Problem, load_problem, recorded_files
 from kabo.plan import Grant, Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange
 from kabo.scene import load_scene
-from kabo.verify.geometry import relative
 
 GANTRY = """<robot name="gantry">
   <link name="base"/>
@@ -314,7 +313,7 @@ def build(problem: Problem) -> Plan:
     return builder.build(
         builder.add(first),
         problem=problem.name,
-        files={**problem.files, **relative(scene.files.items(), problem.path.parent)},
+        files={**problem.files, **recorded_files(scene.files.items(), problem.path.parent)},
         options={"search": "by hand", "seed": 0, "epsilon": 0.01, "geometry": "bounding"},
         start=StateChange(robots, objects),
     )

@@ -6,8 +6,8 @@ from kabo.errors import Diagnostic, InputError
 from kabo.geometry_server.robot_models.model import Wishes, make_robot_model
 from kabo.geometry_server.robot_models.writing import robot_scene_text
 from kabo.language.names import proper_name
+from kabo.language.recorded_paths import installed_folder
 from kabo.language.robot_files.packages import package_folder, searched_places
-from kabo.language.yaml.paths import installed_folder
 
 DEFAULT_EPSILON = 0.01  # [m]
 

@@ -4,11 +4,10 @@
 example-robot-data, which the extra `robots` installs.
 """
 
-import sys
-import sysconfig
 from collections.abc import Mapping
 from pathlib import Path
 
+from kabo.language.recorded_paths import installed_folder
 from kabo.language.source import OUTSIDE, beside, lies_within, missing_file_reason
 from kabo.language.yaml.documents import YamlNode
 from kabo.language.yaml.values import Reader
@@ -16,14 +15,6 @@ from kabo.language.yaml.values import Reader
 INSTALLED = "installed"
 XACRO = ".xacro"  # such files are programs: they are expanded for users, not for whoever asks a server
 _SCHEME = "package://"
-
-
-def installed_folder(name: str) -> Path | None:
-    """The folder `share/NAME` beside the installed Python packages; None if there is none."""
-    if not name or name in (".", "..") or "/" in name or "\0" in name:
-        return None
-    roots = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix", Path(sys.prefix)
-    return next((root / "share" / name for root in roots if (root / "share" / name).is_dir()), None)
 
 
 def read_packages(reader: Reader, node: YamlNode | None) -> dict[str, Path]:

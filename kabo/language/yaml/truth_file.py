@@ -11,6 +11,7 @@ from kabo.errors import InputError
 from kabo.language.findings import Findings
 from kabo.language.problem import Problem
 from kabo.language.sensors_description import TruthDescription
+from kabo.language.source import SourceFile
 from kabo.language.yaml.documents import Mapping, Scalar, YamlNode
 from kabo.language.yaml.sensor_calls import read_asked, read_call, spelt, variables_of
 from kabo.language.yaml.sensors_file import open_document
@@ -35,6 +36,29 @@ def load_truth(path: str | Path, problem: Problem) -> TruthDescription:
     if found is None or findings.errors:
         raise InputError(findings.diagnostics)
     return found
+
+
+def question_of(text: str, problem: Problem, name: str) -> str:
+    """The ground formula or term of a problem that a text names, as plans spell it.
+
+    Args:
+        text: the formula, such as `empty(bottle_1)`.
+        problem: whose domain declares it.
+        name: what messages call the place of the text.
+
+    Raises:
+        InputError: it is no formula or term of the problem; says what was meant.
+    """
+    findings = Findings()
+    source = SourceFile(Path(name), name, text, "")
+    findings.know(source)
+    call = read_call(Scalar(source, 0, len(text), text), 0, len(text), findings)
+    asked = None if call is None else read_asked(call, problem, findings)
+    if call is not None and asked is not None:
+        variables_of(asked, problem, findings, set(problem.objects))
+    if call is None or findings.errors:
+        raise InputError(findings.diagnostics)
+    return spelt(call.name, list(call.arguments))
 
 
 def read_truth(root: Mapping, problem: Problem | None, findings: Findings) -> TruthDescription:

@@ -10,6 +10,7 @@ from kabo.geometry_server.answers import Success
 from kabo.geometry_server.situation import Situation, whole_state
 from kabo.knowledge.actions import GroundAction, RunTimeArgument
 from kabo.language.problem import Problem
+from kabo.language.recorded_paths import recorded_files
 from kabo.plan import Learned, Node, Plan, PlanBuilder, Segment, State, ValueOf
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.geometry.procedure_server import ProcedureServer
@@ -63,14 +64,8 @@ def handles_of(
 
 
 def files_read(problem: Problem, server: ProcedureServer) -> Mapping[str, str]:
-    """The hashes of all files that were read, by path relative to the problem's folder."""
-    folder = problem.path.resolve().parent
-    read = {_relative(path, folder): digest for path, digest in server.scene.files.items()}
-    return {**problem.files, **read}
-
-
-def _relative(path: Path, folder: Path) -> str:
-    return Path(os.path.relpath(path.resolve(), folder)).as_posix()
+    """The hashes of all files that were read, by their names in a plan."""
+    return {**problem.files, **recorded_files(server.scene.files.items(), problem.path.parent)}
 
 
 def _add(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kabo.language import load_scene_description
-from kabo.language.yaml.paths import installed_folder
+from kabo.language.recorded_paths import installed_folder
 from kabo.scene import Scene, load_scene
 from kabo.tasks import Solution, Task, load_task_file
 from kabo.tasks.files.first_scenes import first_scene

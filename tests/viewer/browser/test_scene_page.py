@@ -7,7 +7,7 @@ import pytest
 
 from kabo.cli.main import main
 from kabo.language import load_scene_description
-from kabo.language.yaml.paths import installed_folder
+from kabo.language.recorded_paths import installed_folder
 from kabo.scene import Attachment, GeometricState, load_scene, world_T
 
 BARTENDER = "domains/bartender/four_bottles.yaml"
