@@ -6,7 +6,7 @@ stage made it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from kabo.language.scene_description import Stroke
@@ -16,6 +16,7 @@ from kabo.tasks.robots.motion.directions import direction_of
 from kabo.tasks.robots.stages.connecting import Connect
 from kabo.tasks.robots.stages.geometry import AddGeometry, Pad
 from kabo.tasks.robots.stages.grasps import LIFT
+from kabo.tasks.robots.stages.merging import Merger
 from kabo.tasks.robots.stages.moves import MoveTo
 from kabo.tasks.robots.stages.reparameterising import Reparameterise
 from kabo.tasks.robots.stages.states import SampleConfiguration
@@ -29,6 +30,10 @@ class Freedom:
     kind: Literal["way", "stroke", "fixed"]
     least: float = 0.0
 
+    def longer(self, factor: float) -> "Freedom":
+        """The same with a greater least length."""
+        return replace(self, least=factor * self.least)
+
 
 FIXED, WAY = Freedom("fixed"), Freedom("way")
 
@@ -37,15 +42,21 @@ FIXED, WAY = Freedom("fixed"), Freedom("way")
 class Freedoms:
     """The permitted changes of the motions of a call's stages, by the path of each stage in the task.
 
-    `anywhere`: whether the robot may end the task in another configuration.
+    `anywhere`: whether the robot may end the task in another configuration. `mergers` are the paths of stages whose
+    children move at once.
     """
 
     by_stage: Mapping[str, Freedom]
     anywhere: bool = False
+    mergers: tuple[str, ...] = ()
 
     def of(self, stage: str | None) -> Freedom:
         """The permitted changes of a stage's motion; unknown stages permit none."""
         return FIXED if stage is None else self.by_stage.get(stage, FIXED)
+
+    def longer(self, factor: float) -> "Freedoms":
+        """The same with greater least lengths of all strokes."""
+        return replace(self, by_stage={path: freedom.longer(factor) for path, freedom in self.by_stage.items()})
 
 
 NONE = Freedoms({})
@@ -58,18 +69,20 @@ def freedoms(stages: Sequence[RobotStage], bodies: Iterable[Body]) -> Freedoms:
     """
     if any(isinstance(stage, (AddGeometry, Pad, Reparameterise)) for stage in stages):
         return NONE
-    least = _least(bodies)
-    found = {stage.path: _freedom(stage, least) for stage in stages}
-    return Freedoms(found, bool(stages) and isinstance(stages[-1], SampleConfiguration))
+    known = tuple(bodies)
+    found = {stage.path: _freedom(stage, known) for stage in stages}
+    mergers = tuple(stage.path for stage in stages if isinstance(stage, Merger))
+    anywhere = bool(stages) and not mergers and isinstance(stages[-1], SampleConfiguration)
+    return Freedoms(found, anywhere, mergers)
 
 
-def _freedom(stage: RobotStage, least: float) -> Freedom:
+def _freedom(stage: RobotStage, bodies: Sequence[Body]) -> Freedom:
     if isinstance(stage, Connect | MoveTo):
         return WAY
     if not isinstance(stage, MoveRelative):
         return FIXED
     if stage.properties.has("direction") and stage.properties.reads_interface("direction"):
-        return _bounded(stage, least)
+        return _bounded(stage, _least(bodies, stage.properties.interface_name("direction")))
     given = stage.known("direction")
     if given is None or isinstance(given, Mapping) and not ("along" in given or "against" in given):
         return FIXED
@@ -82,10 +95,21 @@ def _bounded(stage: RobotStage, least: float) -> Freedom:
     return Freedom("stroke", least if own is None else float(own))
 
 
-def _least(bodies: Iterable[Body]) -> float:
-    """The greatest least length [m] that any family of the bodies requires; which one was used is not recorded."""
-    strokes: list[Stroke | None] = [LIFT]
-    for body in bodies:
-        strokes += [stroke for family in body.grasps.values() for stroke in (family.approach, family.lift)]
-        strokes += [family.retreat for family in body.placements.values()]
-    return max(stroke.minimum for stroke in strokes if stroke is not None)
+def _least(bodies: Sequence[Body], name: str | None) -> float:
+    """The greatest least length [m] of the strokes of a name in any family of the bodies: which was used is not recorded.
+
+    A name that no family gives may be any of them.
+    """
+    grasps = [family for body in bodies for family in body.grasps.values()]
+    approaches, lifts = [family.approach for family in grasps], [family.lift or LIFT for family in grasps]
+    retreats = [family.retreat for body in bodies for family in body.placements.values()]
+    strokes: dict[str, Sequence[Stroke | None]] = {
+        "approach": approaches,
+        "lift": lifts,
+        "lower": lifts,
+        "retreat": [*approaches, *retreats],
+    }
+    chosen = [stroke for stroke in strokes.get(name or "", ()) if stroke is not None]
+    if not chosen:
+        chosen = [stroke for stroke in (LIFT, *approaches, *lifts, *retreats) if stroke is not None]
+    return max(stroke.minimum for stroke in chosen)

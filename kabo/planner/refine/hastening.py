@@ -24,10 +24,11 @@ from kabo.tasks.robots.motion.timing import passing, timed_group
 from kabo.tasks.robots.scenes import configuration
 from kabo.tasks.robots.timed_paths import TimedPath
 
-TRIES, MAX_VAIN = 200, 60  # changes of each motion, and those in a row that may be none for the better
+TRIES, MAX_VAIN = 400, 100  # changes of each motion, and those in a row that may be none for the better
 LEAST_GAIN_S = 1e-3  # seconds that a change must save
 LEFT_OUT = 0.15  # share of the changes that put no way point in place of others
 ALONG = 0.15  # share of the changes that put one on the line of the stroke that follows, or came before
+MOVED = 0.25  # share of the changes that move a way point by a random step alone: with less and less width they converge
 WHOLE = 0.3  # share of the changes that replace all inner way points
 INWARD, OUTWARD = (
     0.4,
@@ -35,7 +36,7 @@ INWARD, OUTWARD = (
 )  # shares of its distance by which a way point moves to the middle of its neighbours, or away
 FARTHEST = 0.5  # of a way's length: where a way point on the line of a stroke is, at most
 WIDEST, NARROWEST = 0.5, 0.02  # how far a way point moves at random, of the distance of its neighbours
-WIDER, NARROWER = 1.5, 0.9  # after a change that was taken, and after any other
+WIDER, NARROWER = 1.5, 0.95  # after a change that was taken, and after any other
 
 
 @dataclass(frozen=True)
@@ -167,6 +168,8 @@ class _Search:
                 return None
             kept = (corners[:first], point, corners[-1:]) if ahead else (corners[:1], point, corners[last:])
             return np.concatenate(kept)
+        if draws.kind > 1.0 - MOVED and len(corners) > 2:
+            return self._moved(corners, 1 + int(draws.first * (len(corners) - 2)), draws, width)
         a, b = corners[first - 1], corners[last]
         middle = 0.5 * (a + b)
         base = corners[first:last].mean(axis=0) if last > first else middle
@@ -174,6 +177,14 @@ class _Search:
         noise = (2.0 * draws.noise - 1.0) * width * float(np.linalg.norm(b - a)) / np.sqrt(len(a))
         point = np.clip(base + away + noise, self.lower, self.upper)[None]
         return np.concatenate([corners[:first], point, corners[last:]])
+
+    def _moved(self, corners: Array, at: int, draws: _Draws, width: float) -> Array:
+        """Corners (k, n) of a way with one of them moved at random, by up to `width` of the distance of its neighbours."""
+        apart = float(np.linalg.norm(corners[at + 1] - corners[at - 1]))
+        step = (2.0 * draws.noise - 1.0) * width * apart / np.sqrt(corners.shape[1])
+        found = np.array(corners)
+        found[at] = np.clip(corners[at] + step, self.lower, self.upper)
+        return found
 
     def _on_stroke(self, best: _Hastened, number: int, distance: float, *, ahead: bool) -> Array | None:
         """The point (1, n) at a distance from the end of a way, on the line of the part that follows; or from its start."""

@@ -22,6 +22,11 @@ from kabo.planner.refine.refining_stops import Stop, seconds_of
 from kabo.planner.refine.timing import duration, timed
 from kabo.scene import Configuration
 
+FACTORS = (
+    1.0,
+    1.5,
+    2.2,
+)  # of their least lengths, to which strokes are cut: what is lifted by little has farther to go round
 LEAST_GAIN_S = 1e-3  # by which the branches must become faster, all nodes summed up
 
 FreedomsOf = Mapping[Stop, Freedoms]
@@ -106,7 +111,21 @@ def _moves(stop: Stop, robot: str) -> bool:
 def _moved(
     junction: Junction, paths: Mapping[Stop, Success | None], context: ProcedureContext, freedoms: FreedomsOf
 ) -> dict[Stop, _Kept]:
-    """What the stops of a junction become; nothing if that is not proven, or makes a branch slower."""
+    """What the stops of a junction become with the best rest; nothing if none is proven, or a branch becomes slower."""
+    best, gained = dict[Stop, _Kept](), 0.0
+    for factor in FACTORS:
+        longer = {stop: freedoms[stop].longer(factor) for stop in junction.ending}
+        found = _cut_off(junction, paths, context, {**freedoms, **longer})
+        gain = sum(seconds_of(stop) - _seconds(answer) for stop, (_, _, answer) in found.items())
+        if found and gain > gained:
+            best, gained = found, gain
+    return best
+
+
+def _cut_off(
+    junction: Junction, paths: Mapping[Stop, Success | None], context: ProcedureContext, freedoms: FreedomsOf
+) -> dict[Stop, _Kept]:
+    """What the stops of a junction become without all that is longer than strokes have to be; nothing if that fails."""
     robot, rests, cut = junction.robot, list[Array](), dict[Stop, Success]()
     for stop in junction.ending:
         answer = paths[stop]

@@ -78,6 +78,15 @@ def proven(context: ProcedureContext, situation: Situation, motion: Sequence[Seg
     return legs is not None and all(leg_proven(leg) for leg in legs)
 
 
+def scene_after(context: ProcedureContext, situation: Situation, motion: Sequence[Segment]) -> TaskScene | None:
+    """The scene after a motion that begins in a situation; None if legs cannot represent the motion."""
+    legs = legs_of(context, situation, motion)
+    if not legs:
+        return None
+    last = legs[-1]
+    return _after(last.part.scene.at(last.segment.robot, last.part.stretch.end), last.segment)
+
+
 def leg_proven(leg: Leg) -> bool:
     """Whether every straight piece of a leg's path is proven collision-free and within its constraint."""
     path = leg.path

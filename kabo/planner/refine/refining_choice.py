@@ -57,6 +57,7 @@ class AlternativeChoice:
     samples: int
     cost: Cost
     _began: int = field(init=False)
+    _costs: dict[int, tuple[Success, float]] = field(init=False, default_factory=dict)  # by identity
 
     def __post_init__(self) -> None:
         self._began = self.server.statistics.samples
@@ -68,7 +69,15 @@ class AlternativeChoice:
 
     def total(self, draft: PlanDraft) -> float:
         """The cost of all motion of a plan."""
-        return sum(map(self.cost, draft.answers.values()))
+        return sum(map(self._cost, draft.answers.values()))
+
+    def _cost(self, answer: Success | None) -> float:
+        """The cost of an answer, computed once: the server keeps answers, which are asked for on many ways."""
+        if answer is None:
+            return self.cost(None)
+        if id(answer) not in self._costs:
+            self._costs[id(answer)] = answer, self.cost(answer)
+        return self._costs[id(answer)][1]
 
     def improve(self, stretch: Sequence[Stop]) -> None:
         """Replaces solutions along a stretch if that makes the whole plan cheaper."""
@@ -96,7 +105,7 @@ class AlternativeChoice:
             for way in ways:
                 for answer in self._solutions(stop, way.situation, MAX_SOLUTIONS):
                     after = way.situation if answer is None else way.situation.replace(answer.changes)
-                    on = _Way(way.cost + self.cost(answer), after, (*way.answers, answer))
+                    on = _Way(way.cost + self._cost(answer), after, (*way.answers, answer))
                     known = reached.get(after.key)
                     if known is None or on.cost < known.cost:
                         reached[after.key] = on
@@ -133,12 +142,12 @@ class AlternativeChoice:
             if answer is not None:
                 ends.setdefault(self._end(stop), answer.changes)
         cost = 0.0
-        left = sum(map(self.cost, forced.values()))  # what is still to come at least
+        left = sum(map(self._cost, forced.values()))  # what is still to come at least
         for stop in self.order:
             situation = arriving[stop]
             if stop in forced:
                 answers[stop] = forced[stop]
-                left -= self.cost(forced[stop])
+                left -= self._cost(forced[stop])
             else:
                 fitting = self._fitting(stop, situation, ends.get(self._end(stop)))
                 if fitting is None:
@@ -147,7 +156,7 @@ class AlternativeChoice:
             answer = answers[stop]
             if answer is not None:
                 ends.setdefault(self._end(stop), answer.changes)
-            cost += self.cost(answer)
+            cost += self._cost(answer)
             if cost + left > most:
                 return None
             after = situation if answer is None else situation.replace(answer.changes)
@@ -188,4 +197,4 @@ class AlternativeChoice:
             found += [each] if each is not None else []
         if not found or end is not None and any(after.ways_in > 1 for after in stop.following):
             return None
-        return (min(found[:MAX_SOLUTIONS_BEHIND], key=self.cost),)
+        return (min(found[:MAX_SOLUTIONS_BEHIND], key=self._cost),)

@@ -117,3 +117,18 @@ def test_nothing_is_tried_when_the_samples_are_spent():
     choice = AlternativeChoice(server, stops, draft, -1, length)  # type: ignore[arg-type]
     choice.improve(stops[:-1])
     assert choice.draft is draft
+
+
+def test_what_an_answer_costs_is_computed_once():
+    server = Server([[6, 2], [3, 4], [1, 5]])
+    stops, draft = chain(server, 3)
+    asked: list[Success] = []  # kept, so that no two have the same identity
+
+    def counted(answer: Success | None) -> float:
+        asked.extend([answer] if answer is not None else [])
+        return length(answer)
+
+    choice = AlternativeChoice(server, stops, draft, 1000, counted)  # type: ignore[arg-type]
+    choice.improve(stops[:-1])
+    assert choice.total(choice.draft) == sum(map(length, choice.draft.answers.values()))
+    assert len({id(answer) for answer in asked}) == len(asked) > 3

@@ -263,6 +263,18 @@ class Properties:
                 return True
         return False
 
+    def interface_name(self, name: str) -> str | None:
+        """The property of the interface state whose value a property has; None if it has any other value."""
+        value = self._set.get(name, self._declared[name].default)
+        if not isinstance(value, Reference) or value.through is not None:
+            return None
+        wanted, owner = value.name or name, self._stage.parent
+        if value.source == "interface":
+            return wanted
+        while owner is not None and not owner.properties.has(wanted):
+            owner = owner.parent
+        return None if owner is None else owner.properties.interface_name(wanted)
+
     def problems(self) -> list[str]:
         """A sentence for every property that is invalid or has no value, as far as that is known before planning."""
         found = []

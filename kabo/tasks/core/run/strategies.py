@@ -17,6 +17,7 @@ from kabo.tasks.core.model.solutions import LEFT, RIGHT
 from kabo.tasks.core.run.groups import SerialNode
 from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import StageJob
+from kabo.tasks.core.run.mergers import MergerNode
 from kabo.tasks.core.run.nodes import StageNode
 from kabo.tasks.core.run.wrappers import WrapperNode
 
@@ -99,6 +100,7 @@ class DepthFirst:
         joining = [node for node in leaves if node.flow is Flow.CONNECT]
         self._carrying = [node for node in leaves if node.flow not in (Flow.GENERATE, Flow.CONNECT)] + joining
         self._before = {node: _connector_before(node) for node in self._sources}
+        self._merged = {node: _merged_child(node) for node in self._sources}
 
     def walk(self) -> Iterator[Turn]:
         """The jobs to be executed; ends when there are none.
@@ -126,15 +128,20 @@ class DepthFirst:
         return self._generated()
 
     def _generated(self) -> Picked | None:
-        """The best job of the generators, the last in time first; a useless job only if there is no other."""
+        """The best job of the generators, the last in time first; a useless job only if there is no other.
+
+        Of a merger's children the one with the fewest solutions comes first: all of them have to vary.
+        """
         taken: list[tuple[tuple[int, ...], Picked]] = []
         for place, node in enumerate(reversed(self._sources)):
             job = self._run.pick(node)
             while job is not None and self._is_useless(node, job):
-                taken.append(((USELESS, place), (node, job)))
+                taken.append(((USELESS, 0, place), (node, job)))
                 job = self._run.pick(node)
             if job is not None:
-                taken.append(((self._rank(node, job), place), (node, job)))
+                child = self._merged[node]
+                solved = 0 if child is None else len(child.solutions)
+                taken.append(((self._rank(node, job), solved, place), (node, job)))
         chosen = min((rank for rank, _ in taken), default=None)
         found = None
         for rank, (node, job) in taken:
@@ -160,6 +167,14 @@ class DepthFirst:
         if before is None or before.level is not cause.end.level:
             return False
         return cause.end.best[RIGHT][0] < before.index - cause.end.position
+
+
+def _merged_child(node: StageNode) -> StageNode | None:
+    """The child of the innermost merger around a node in which the node is; None outside of mergers."""
+    here = node
+    while here.parent is not None and not isinstance(here.parent, MergerNode):
+        here = here.parent
+    return None if here.parent is None else here
 
 
 def _connector_before(node: StageNode) -> StageNode | None:

@@ -92,6 +92,10 @@ def _rounded(
     near = nearness_of(route.parts, route.curves, within)
     chord = min(COARSEST_DRIVEN_CHORD if any(part.drives for part in route.parts) else COARSEST_CHORD, near)
     rounds = Rounds(route, within, chord)
+    if seconds < np.inf:  # times cost less than proofs: with the widest rounds the motion is the fastest
+        widest = _timed(route, limits, within, greatest, chord, min(TOLERANCE, near), held)
+        if widest.duration >= seconds:
+            return None
     shares = _fitting(rounds, greatest, greatest, rounds.looked_at)
     while True:
         made = _timed(route, limits, within, shares, chord, min(TOLERANCE, near), held)

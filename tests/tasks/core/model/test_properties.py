@@ -189,3 +189,12 @@ def test_wrappers_of_connectors_read_the_properties_of_both_states():
     ends = tagged("a", tag="left", value="l"), tagged("b", tag="right", value="r")
     (solution,) = Task("t", ends[0], both("w", join("j")), ends[1]).plan()
     assert solution["w"].comment == "lr"
+
+
+def test_the_property_of_the_interface_that_a_value_comes_from_is_known_by_its_name():
+    own, named = Step("s", length=INTERFACE), Step("s", length=Interface("far"))
+    through, given = Step("s", length=Interface("far", through=lambda value: value)), Step("s", length=1.0)
+    inherited = Step("s", length=Parent("stride"))
+    Task("t", Serial("outer", inherited, stride=Interface("far")))
+    found = [step.properties.interface_name("length") for step in (own, named, through, given, inherited)]
+    assert found == ["length", "far", None, None, "far"]

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from kabo.tasks.core import Failure, Result, Task, connector, forward, generator, monitor, wrapper
+from kabo.tasks.core import Failure, Merger, Result, Serial, Task, connector, forward, generator, monitor, wrapper
 from tests.support.random_tasks import Trees, canonical
 
 
@@ -85,3 +85,29 @@ def test_any_depth_finds_the_same_in_the_end(monitors):
             compared += bool(found[0])
             assert found[0] == found[1] == found[2], seed
     assert compared > 5
+
+
+@connector()
+def join(start, end, properties, seed):
+    return Result()
+
+
+@generator()
+def here(scene, properties, seed):
+    yield Result(0)
+
+
+class Both(Merger):
+    """Where both children end."""
+
+    def merge(self, scene, solutions, properties, seed):
+        return Result(tuple(solution.end.scene for solution in solutions))
+
+
+def test_all_children_of_a_merger_vary_in_the_first_solutions():
+    def child(name):
+        return Serial(name, join("go"), grasps("grasp"))
+
+    task = Task("t", here("start"), Both("at once", child("one"), child("other")), depth_first=100)
+    first, second = zip(*(solution.end.scene for solution in task.plan(max_solutions=9)), strict=True)
+    assert len(set(first)) == len(set(second)) == 3

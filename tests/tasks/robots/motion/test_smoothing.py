@@ -17,7 +17,7 @@ from kabo.tasks.robots.motion.curves import curves_of, finer_samples
 from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.resting_strokes import CURVED
 from kabo.tasks.robots.motion.routes import Route, route_of
-from kabo.tasks.robots.motion.smoothing import Smoothed, smoothed
+from kabo.tasks.robots.motion.smoothing import Smoothed, smoothed, smoothed_within
 from kabo.tasks.robots.motion.timing import groups_of
 from tests.tasks.conftest import DOMAINS, scene_of
 
@@ -169,6 +169,17 @@ def test_what_is_surely_not_proven_of_a_path_is_not_timed(monkeypatch: pytest.Mo
     monkeypatch.setattr(MotionPart, "proven_near", lambda _, starts, *__, **___: np.zeros(len(starts), bool))
     smoothed(group(), motion_limits(part.scene.robot("left"), part.joints), DEVIATION)
     assert len(timed) == len(routes) > 1  # with its curves, and with chords instead
+
+
+def test_a_motion_that_is_too_slow_with_the_widest_rounds_is_not_proven(monkeypatch: pytest.MonkeyPatch) -> None:
+    part, seconds = group()[0], made(DEVIATION).parts[-1].times[-1]
+    limits, looked = motion_limits(part.scene.robot("left"), part.joints), list[object]()
+    look = smoothing.Rounds.looked_at
+    monkeypatch.setattr(smoothing.Rounds, "looked_at", lambda *given: looked.append(given) or look(*given))
+    assert smoothed_within(group(), limits, DEVIATION, None, 0.5 * seconds) is None
+    assert not looked
+    assert smoothed_within(group(), limits, DEVIATION, None, seconds + 1e-3) == made(DEVIATION)
+    assert looked
 
 
 def test_no_round_takes_a_joint_out_of_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:
