@@ -78,8 +78,9 @@ def solve(
         on_procedures: called with the server of geometric procedures before any call is made; the server keeps the
             outcome of each call.
         on_found: called with the first result that has a plan, if this plan is still to be refined or certified.
-        on_first: called with the plan and the scene's parts when the motion of its first node is as it will be: that of
-            others has no times yet, unless it is refined, and nothing has a certificate.
+        on_first: called once, with the plan and the scene's convex parts, as soon as the motion of its first node is final;
+            other motions may have no times yet, and there is no certificate. Not called without a scene, or where `memo`
+            has foreseen `start`.
         on_refused: called from time to time with a result without a plan: what was refused so far.
         options: `kabo.options.SolveOptions`; options that are None or absent are taken from the
             problem, the scene or the defaults.

@@ -286,7 +286,7 @@ def _distinct(rows: Sequence[Sequence[float]]) -> Array:
 
 
 def files_of(scene: Scene) -> dict[str, str]:
-    """The hashes of the scene's files, by their paths relative to its folder, as plans of tasks have them."""
+    """The hashes of the scene's files, by their names in plans of its folder, as plans of tasks have them."""
     assert scene.description is not None
     path = scene.description.path
     read = recorded_files(scene.files.items(), path.parent)

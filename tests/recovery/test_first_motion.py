@@ -166,6 +166,9 @@ def test_a_solve_tells_the_first_motion_before_the_others_are_proven(quality: An
     plan = kabo.solve(problem, quality=quality, on_first=lambda *given: told.append(given)).plan
     ((begin, _),) = told
     assert plan is not None and plan.certificate is not None and begin.certificate is None
+    timed = {name for name, node in begin.nodes.items() if node.motion and node.motion[0].trajectory is not None}
+    moved = {name for name, node in begin.nodes.items() if node.motion}
+    assert timed == ({begin.root} if quality == "fast" else moved), "times of others are for later"
     assert goes_on(begin, plan)
     assert plan == kabo.solve(problem, quality=quality).plan
 

@@ -216,9 +216,9 @@ def test_nothing_of_a_run_is_kept_when_it_has_ended(
         stop = lambda: rounds == 0 and next(looks) > 50  # noqa: E731
         run = execute(plan, scene, robot, KnownTruth(poses=robot.poses), stop=stop, recovery=helper)
         assert any(True for _ in run.log.of("stopping"))
-        kept = [weakref.ref(each) for each in (robot, run, run.log)]
-        del robot, run
-        assert [each() for each in kept] == [None] * 3
+        kept = [weakref.ref(each) for each in (robot, run, run.log, helper)]
+        del robot, run, helper
+        assert [each() for each in kept] == [None] * 4
     finally:
         gc.enable()
 
