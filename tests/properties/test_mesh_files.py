@@ -19,7 +19,7 @@ from kabo.meshes import Mesh, examine, load_mesh, repaired, require_solid
 
 KINDS = ("stl", "text.stl", "ply", "text.ply", "off", "obj", "glb", "dae")
 WORDS = (b"nan", b"inf", b"1e999", b"-1", b"0", b"999999999", b"4294967295", b"x", b"\x00", b"\xff\xff\xff\x7f")
-PATIENCE_S = 5.0  # for a file of 3 kB, on a busy machine
+PATIENCE_S = 120.0  # of a busy machine, for a file of 3 kB
 
 
 @cache

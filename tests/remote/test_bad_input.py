@@ -16,7 +16,7 @@ from kabo.execution import RobotFailed
 from kabo.remote import ZenohRobot
 from kabo.scene import Scene
 from kabo.service import client_config, keys, open_session, server_config
-from tests.remote.conftest import PROBLEM, Started, until
+from tests.remote.conftest import PATIENCE_S, PROBLEM, Started, until
 from tests.service.conftest import free_endpoint
 
 WAITING = (
@@ -194,6 +194,6 @@ def test_garbage_on_the_keys_of_states_and_heartbeats_changes_nothing(
             stranger.put(keys.driver(robot.server, robot.client), raw)
         begun = time.monotonic()
         robot.wait(0.3)
-        assert time.monotonic() - begun < 20.0
+        assert time.monotonic() - begun < PATIENCE_S
         stranger.close()
     assert server.process.poll() is None and not any("Traceback" in line for line in server.said)
