@@ -59,7 +59,8 @@ def test_the_answer_to_a_surprise_is_told_with_its_kind_and_for_all_that_follows
     again = [{**each, "time": each["time"] + 1.0} for each in RECORDS[1:3]]
     path.write_bytes(page_of(document_of_run([*RECORDS[:3], answered, *again], "log.jsonl")))
     shown = open_page(path)
-    assert "replan: other actions are proven (from here on by a plan of its own" in shown.page.inner_text("[aria-label='decisions']")
+    decisions = shown.page.inner_text("[aria-label='decisions']")
+    assert "replan: other actions are proven (from here on by a plan of its own" in decisions
     for time, told in ((0.3, False), (1.2, True)):
         shown.run(f"window.kabo.run.pick({time})")
         assert ("after replan at 0.60 s" in shown.page.inner_text("#panel-run .told")) == told
