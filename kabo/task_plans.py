@@ -6,6 +6,7 @@ motion in the scene, not what it is for.
 
 import hashlib
 import json
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -207,11 +208,15 @@ def _spans(numbers: Sequence[int]) -> str:
 
 # ----------------------------------------------------------------------------------------------------------- files
 def is_report(path: Path) -> bool:
-    """Whether a file is the report of a task: it may be faulty, but no plan."""
+    """Whether a file is the report of a task: it may be faulty, and even end too early, but is no plan."""
     try:
-        content = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
+        text = path.read_bytes()
+        content = json.loads(text)
+    except OSError:
         return False
+    except (ValueError, RecursionError):
+        begun = re.match(rb'\s*\{\s*"format"\s*:\s*"([^"]*)"', text)
+        return begun is not None and begun[1].decode(errors="replace") in (REPORT_FORMAT, OLD_FORMAT)
     return isinstance(content, dict) and content.get("format") in (REPORT_FORMAT, OLD_FORMAT)
 
 

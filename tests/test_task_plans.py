@@ -242,6 +242,22 @@ def test_a_saved_report_gives_the_same_plan(report: TaskReport, plan: Plan, tmp_
     assert kabo.verify(scene, read).ok and number in (1, 2)
 
 
+def test_a_report_that_ends_too_early_is_a_faulty_report_and_not_called_something_else(
+    report: TaskReport, tmp_path: Path
+):
+    saved = tmp_path / "report.json"
+    report.save(saved)
+    whole = saved.read_bytes()
+    for size in (40, len(whole) // 2, len(whole) - 3):
+        saved.write_bytes(whole[:size])
+        assert is_report(saved)
+        with pytest.raises(InputError, match="this is no JSON"):
+            plan_of_report(saved)
+    for other in (b"", b"{", b'{"format": "kabo-plan/2", ', b'{"format": "\xff", '):
+        saved.write_bytes(other)
+        assert not is_report(saved)
+
+
 def test_a_clearance_of_a_report_is_proven(tmp_path: Path):
     made = kabo.plan_task(EXAMPLE / "task.yaml", EXAMPLE / "scene.yaml", max_solutions=1, clearance=0.003)
     saved = tmp_path / "report.json"

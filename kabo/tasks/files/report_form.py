@@ -3,6 +3,7 @@
 Files of the format `kabo-task/1` are read, too: their solutions have no changes of the scene, and no trajectories.
 """
 
+import json
 import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal, TypedDict
@@ -286,7 +287,8 @@ def read_report(content: bytes, file: str) -> Report:
         said = f"{where}: {message}" if where and where != "$" else message
         raise InputError([Diagnostic(file, 1, 1, f"this is no report of planning: {said}", hint)]) from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise InputError([Diagnostic(file, 1, 1, f"this is no JSON: {error}", hint)]) from None
+        line, column, said = _place(content)
+        raise InputError([Diagnostic(file, line, column, f"this is no JSON: {said or error}", hint)]) from None
     for where, count, most in _counts(found):
         if not 0 <= count <= most:
             message = f"this is no report of planning: {where} is not from 0 to {most}"
@@ -301,6 +303,17 @@ def read_report(content: bytes, file: str) -> Report:
     if not found["stages"] or not found["runs"]:
         raise InputError([Diagnostic(file, 1, 1, "this is no report of planning: it has no run", hint)])
     return found
+
+
+def _place(content: bytes) -> tuple[int, int, str | None]:
+    """Line and column where bytes are no JSON, and why, as far as that is known: the quick reader tells no place."""
+    try:
+        json.loads(content)
+    except json.JSONDecodeError as error:
+        return error.lineno, error.colno, error.msg
+    except (ValueError, RecursionError):
+        pass
+    return 1, 1, None
 
 
 def _upgraded(content: Any) -> Any:

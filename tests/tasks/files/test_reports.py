@@ -83,6 +83,14 @@ def test_what_is_no_report_is_told(content: bytes, message: str) -> None:
     assert told.value.diagnostics[0].message.startswith(message)
 
 
+def test_a_report_that_ends_too_early_is_told_with_the_place(tmp_path: Path) -> None:
+    whole = report_bytes(made(tmp_path, [3]))
+    lines = whole.splitlines(keepends=True)[:7]
+    with pytest.raises(InputError) as told:
+        read_report(b"".join(lines), "r.json")
+    assert told.value.diagnostics[0].line in (len(lines), len(lines) + 1)
+
+
 @pytest.mark.parametrize("clearance", [-0.001, 0.31, "3mm", None])
 def test_a_clearance_that_is_none_is_told(tmp_path: Path, clearance: Any) -> None:
     content = json.loads(report_bytes(made(tmp_path, [3]))) | {"clearance": clearance}
