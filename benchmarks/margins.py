@@ -20,8 +20,7 @@ from typing import Any
 
 import numpy as np
 from motion import judged, made, problems
-from motion_tables import Judged, distance_row, measured_clearances
-from table import Table, write
+from table import Table, percentile, write
 
 import kabo
 from kabo.plan import Plan
@@ -34,6 +33,7 @@ CLEARANCES = {
     "examples/two_cans": (0.003,),
 }
 SURE = 1e-7  # [rad or m] by which a mutant's piece is off at its end: a hundred times what is accepted
+ROUNDED = 2e-3  # proven distances have whole micrometres, measured ones the precision of coal
 MUTATED = ("stacked/n2", "force_sensing/n2", "assembly/gearbox", "two_cans")
 
 
@@ -50,11 +50,51 @@ def distances(options: argparse.Namespace) -> Table:
             if "error" in verdict:
                 table.add(name, segments=0, worst=verdict["error"])
                 continue
-            pairs = measured_clearances(Judged(name, "fast", costs, verdict, json.loads(file.read_text())))
+            pairs = measured_clearances(json.loads(file.read_text()), verdict)
             counts = sum(verdict["violations"].values())
             row = distance_row(pairs) if pairs else {"segments": 0}
             table.add(name, **row, verified=costs["verified"], violations=counts)
     return table
+
+
+def distance_row(pairs: list[tuple[float, float, str]]) -> dict[str, Any]:
+    """What a certificate proves beside what is measured."""
+    shares = [proven / measured for proven, measured, _ in pairs]
+    worst = min(pairs, key=lambda pair: pair[0] / pair[1])
+    return {
+        "segments": len(pairs),
+        "least proven mm": 1000 * min(pairs)[0],
+        "least measured mm": 1000 * min(pair[1] for pair in pairs),
+        "proven / measured, least": min(shares),
+        "median": percentile(shares, 0.5),
+        "at least 0.8 %": 100 * sum(share >= 0.8 for share in shares) / len(shares),
+        "above 1": sum(share > 1.0 + ROUNDED for share in shares),
+        "worst": worst[2],
+    }
+
+
+def measured_clearances(plan: dict[str, Any], verdict: dict[str, Any]) -> list[tuple[float, float, str]]:
+    """Proven and measured least distance [m] of each segment for which both are told, and which one it is.
+
+    Args:
+        plan: the content of its file. verdict: what the judge said about it.
+    """
+    measured: dict[tuple[str, int], float] = {}
+    for row in verdict.get("segments") or ():
+        for number in row["segments"]:
+            if row["least"] is not None and row["least"] > 0.0:
+                key = row["node"], number
+                measured[key] = min(measured.get(key, row["least"]), row["least"])
+    certificate = plan.get("certificate") or {}
+    return [
+        (
+            row["clearance"],
+            measured[row["node"], row["segment"]],
+            f"{row['node']} {row['segment']} {row['between']}",
+        )
+        for row in certificate.get("segments") or ()
+        if row.get("clearance") is not None and (row["node"], row["segment"]) in measured
+    ]
 
 
 def clearance(options: argparse.Namespace) -> Table:

@@ -10,16 +10,12 @@ of bodies on the original meshes.
 `phases` is the time-optimal time of each segment's path from rest to rest, `motions` that of all paths between rests,
 `lines` that of straight lines between these (no strokes, no detours: nothing goes faster), all with jerk limited;
 `phases, no jerk` without that limit. Corners cost these bounds nothing.
-
-*Proven distances*: for segments whose certificate tells a clearance, that beside the measured least distance.
 """
 
 from dataclasses import dataclass
 from typing import Any
 
-from table import Table, percentile
-
-ROUNDED = 2e-3  # proven distances have whole micrometres, measured ones the precision of coal
+from table import Table
 
 
 @dataclass
@@ -46,19 +42,18 @@ class Judged:
 
 
 class Tables:
-    """The four tables; each plan adds a row to them as soon as it is judged."""
+    """The three tables; each plan adds a row to them as soon as it is judged."""
 
     def __init__(self) -> None:
         self.motions = Table("Motions, sampled at 1 kHz by another program")
         self.durations = Table("Durations of all nodes beside time-optimal bounds, seconds")
         self.sizes = Table("Files, and seconds of the processor")
-        self.distances = Table("Proven distances beside measured ones")
         self.fast: dict[str, dict[str, float]] = {}  # bounds of the fast plan by problem
 
     @property
     def all(self) -> list[Table]:
         """Those that have rows."""
-        return [each for each in (self.motions, self.durations, self.sizes, self.distances) if each.rows]
+        return [each for each in (self.motions, self.durations, self.sizes) if each.rows]
 
     def add(self, each: Judged) -> None:
         """Adds the rows of a plan."""
@@ -71,8 +66,6 @@ class Tables:
             if each.quality == "fast":
                 self.fast[each.name] = each.whole
             self.durations.add(each.title, **duration_row(each, self.fast.get(each.name, each.whole)))
-        if pairs := measured_clearances(each):
-            self.distances.add(each.title, **distance_row(pairs))
 
 
 def motion_row(each: Judged) -> dict[str, Any]:
@@ -128,42 +121,6 @@ def size_row(each: Judged) -> dict[str, Any]:
         **each.costs,
         "certificate %": 100 * certificate / solving if certificate and solving else None,
     }
-
-
-def distance_row(pairs: list[tuple[float, float, str]]) -> dict[str, Any]:
-    """What a certificate proves beside what is measured."""
-    shares = [proven / measured for proven, measured, _ in pairs]
-    worst = min(pairs, key=lambda pair: pair[0] / pair[1])
-    return {
-        "segments": len(pairs),
-        "least proven mm": 1000 * min(pairs)[0],
-        "least measured mm": 1000 * min(pair[1] for pair in pairs),
-        "proven / measured, least": min(shares),
-        "median": percentile(shares, 0.5),
-        "at least 0.8 %": 100 * sum(share >= 0.8 for share in shares) / len(shares),
-        "above 1": sum(share > 1.0 + ROUNDED for share in shares),
-        "worst": worst[2],
-    }
-
-
-def measured_clearances(each: Judged) -> list[tuple[float, float, str]]:
-    """Proven and measured least distance [m] of each segment for which both are told, and which one it is."""
-    measured: dict[tuple[str, int], float] = {}
-    for row in each.verdict.get("segments") or ():
-        for number in row["segments"]:
-            if row["least"] is not None and row["least"] > 0.0:
-                key = row["node"], number
-                measured[key] = min(measured.get(key, row["least"]), row["least"])
-    certificate = each.plan.get("certificate") or {}
-    return [
-        (
-            row["clearance"],
-            measured[row["node"], row["segment"]],
-            f"{row['node']} {row['segment']} {row['between']}",
-        )
-        for row in certificate.get("segments") or ()
-        if row.get("clearance") is not None and (row["node"], row["segment"]) in measured
-    ]
 
 
 def _least(verdict: dict[str, Any]) -> float | None:
