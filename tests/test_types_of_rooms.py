@@ -31,6 +31,17 @@ if result.plan is not None:
 """
 
 
+def test_no_module_hides_a_public_name_of_its_lazy_room():
+    hidden = []
+    for room, names in rooms().items():
+        package = importlib.import_module(room)
+        if not hasattr(package, "__getattr__"):
+            continue  # its names are bound after its modules are
+        modules = {each.name for each in pkgutil.iter_modules(package.__path__) if not each.ispkg}
+        hidden += [f"{room}.{name}" for name in names if name in modules]
+    assert hidden == [], "whoever imports this module first finds it in place of the name"
+
+
 def rooms() -> dict[str, list[str]]:
     """The public names of every room, and of every room inside a room."""
     packages = [each.name for each in pkgutil.walk_packages(kabo.__path__, "kabo.") if each.ispkg]

@@ -11,10 +11,10 @@ from kabo.execution import execute as execute
 from kabo.execution import require_answers as require_answers
 from kabo.execution import true_start as true_start
 from kabo.execution.belief import Belief as Belief
-from kabo.execution.body_margins import BodyMargin as BodyMargin
-from kabo.execution.body_margins import body_margins as body_margins
-from kabo.execution.body_margins import table_of as table_of
 from kabo.execution.fitting import require_fit as require_fit
+from kabo.execution.margin_table import BodyMargin as BodyMargin
+from kabo.execution.margin_table import body_margins as body_margins
+from kabo.execution.margin_table import table_of as table_of
 from kabo.execution.simulated_sensors import NoInstruments as NoInstruments
 from kabo.explain.explain import Explanation as Explanation
 from kabo.explain.explain import explanation_to_json as explanation_to_json

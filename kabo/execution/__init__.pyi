@@ -1,5 +1,3 @@
-from kabo.execution.body_margins import BodyMargin as BodyMargin
-from kabo.execution.body_margins import body_margins as body_margins
 from kabo.execution.bound_sensors import BoundSensors as BoundSensors
 from kabo.execution.bound_sensors import Instruments as Instruments
 from kabo.execution.bound_sensors import require_answers as require_answers
@@ -14,6 +12,8 @@ from kabo.execution.interruptions import Recovery as Recovery
 from kabo.execution.kinematic import KinematicRobot as KinematicRobot
 from kabo.execution.log import Log as Log
 from kabo.execution.looks import PoseNoise as PoseNoise
+from kabo.execution.margin_table import BodyMargin as BodyMargin
+from kabo.execution.margin_table import body_margins as body_margins
 from kabo.execution.margins import Margins as Margins
 from kabo.execution.margins import Tolerance as Tolerance
 from kabo.execution.motions import SAME_TIME as SAME_TIME

@@ -17,6 +17,7 @@ from kabo.execution.fitting import require_fit
 from kabo.execution.interruptions import Executed, Stop
 from kabo.execution.log import Log
 from kabo.execution.looks import MOST_LOOKS, Looks
+from kabo.execution.margin_table import least_margins
 from kabo.execution.margins import Margins
 from kabo.execution.motions import SAME_TIME, HandAction, Motion, Stretch, motion_of, parts_of
 from kabo.execution.off_path import OffPath
@@ -118,6 +119,11 @@ class Carrier:
     def _enter(self, state: str, **more: object) -> None:
         self.log.add(self.time, state, **more)
 
+    def _enter_node(self, name: str) -> None:
+        node, bodies = self.plan.nodes[name], () if self.scene is None else self.scene.movable
+        does = {"kind": node.kind, "action": node.action, "arguments": dict(node.arguments)}
+        self._enter("node", node=name, **does, margins=least_margins(self.margins, name, bodies))
+
     def _after(self, node: Node) -> str:
         """Carries out a node, and says which one follows."""
         begun = self.name
@@ -125,7 +131,7 @@ class Carrier:
         if node.motion:
             nodes = self._move()
         else:
-            self._enter("node", node=begun, kind=node.kind, action=node.action, arguments=dict(node.arguments))
+            self._enter_node(begun)
         for done in nodes[:-1]:
             self.history.append((done, None))
         self.name = nodes[-1]
@@ -182,8 +188,7 @@ class Carrier:
         assert self.scene is not None
         motion = motion_of(self.plan, self.name, self.scene)
         for name in motion.nodes:
-            node = self.plan.nodes[name]
-            self._enter("node", node=name, kind=node.kind, action=node.action, arguments=dict(node.arguments))
+            self._enter_node(name)
         self._look_at_bodies(self.name)
         for part in parts_of(motion):
             self._follow(part)
@@ -221,8 +226,8 @@ class Carrier:
         self._enter(
             "followed",
             tracking=measured.tracking,
-            permitted=_finite(measured.permitted),
-            share=_finite(measured.share),
+            permitted=measured.permitted,
+            share=measured.share,
             bodies=measured.bodies,
         )
         self._act(part.end)
@@ -314,7 +319,8 @@ class Carrier:
         if self.states.is_due(state):
             seen = self._poses()
             self.watch.saw(seen, state.time)
-            self.states.add(self.clock, state, seen, self.watch, self.margins.of_rest(node))
+            planned = self.watch.planned(self.belief, self.part)
+            self.states.add(self.clock, state, seen, planned, self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
         """Looks as often as it takes to tell whether bodies are near enough to their places, with a bound."""
@@ -389,7 +395,3 @@ class Carrier:
         self.under_way, self.waiting, self.part, self.stopping = [], [], None, False
         for body in self.released:  # a hand that opens holds no more, though the plan says so until it is open
             self.belief.let_go(body)
-
-
-def _finite(value: float) -> float | None:
-    return value if value < float("inf") else None

@@ -1,11 +1,13 @@
 """The log of a run: one JSON object a line, in the order in which things happened; nothing is left out.
 
-Every record has a `time` [s] on the robots' clock and an `event`; docs/how-to/carry_out.md lists the events.
+Every record has a `time` [s] on the robots' clock and an `event`; docs/how-to/carry_out.md lists the events. What nothing
+limits, a number that is infinite, is null.
 """
 
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from math import isinf
 from typing import Any, TextIO
 
 DECIMALS = 6  # of times, lengths and angles
@@ -40,7 +42,7 @@ class Log:
 
 def _plain(value: object) -> object:
     if isinstance(value, float):
-        return round(value, DECIMALS) + 0.0
+        return None if isinf(value) else round(value, DECIMALS) + 0.0
     if isinstance(value, dict):
         return {str(key): _plain(each) for key, each in value.items()}
     if isinstance(value, (list, tuple, frozenset, set)):

@@ -3,13 +3,16 @@
 from collections.abc import Mapping
 from math import inf
 
+import numpy as np
+
 from kabo.arrays import Array
 from kabo.execution.log import Log
 from kabo.execution.protocols import RobotState
-from kabo.execution.watching import Watch
+from kabo.execution.watching import Planned, Watch
 from kabo.scene.transforms import quaternion
 
 EARLY = 1e-6  # [s] by which a record may come before it is due
+APART = 1e-4  # [rad or m]: what is nearer to where the plan has it is not told twice
 
 
 class StateLog:
@@ -28,12 +31,21 @@ class StateLog:
         """Whether it is time for a record."""
         return self.rate > 0.0 and state.time >= self._due - EARLY
 
-    def add(self, node: str, state: RobotState, poses: Mapping[str, Array], watch: Watch, proven: float) -> None:
+    def add(
+        self,
+        node: str,
+        state: RobotState,
+        poses: Mapping[str, Array],
+        planned: Planned,
+        watch: Watch,
+        proven: float,
+    ) -> None:
         """Adds a record.
 
         Args:
             node: the first node of the motion to whose clock `motion_time` belongs.
             state: what is measured of robots. poses: (4, 4) of the bodies that are seen.
+            planned: where the plan has all of them.
             watch: knows the greatest deviations since the record before.
             proven: how far bodies may be from their places [m].
         """
@@ -45,16 +57,29 @@ class StateLog:
             node=node,
             motion_time=state.motion_time,
             robots={name: tuple(map(float, values)) for name, values in state.positions.items()},
-            bodies={
-                name: {"position": pose[:3, 3].tolist(), "quaternion": list(quaternion(pose))}
-                for name, pose in poses.items()
-            },
+            bodies={name: _pose(pose) for name, pose in poses.items()},
+            planned=_elsewhere(planned, state, poses),
             tracking=found.tracking,
-            permitted=_finite(found.permitted),
+            permitted=found.permitted,
             displaced=found.bodies,
-            proven=_finite(proven),
+            proven=proven,
         )
 
 
-def _finite(value: float) -> float | None:
-    return value if value < inf else None
+def _elsewhere(planned: Planned, state: RobotState, poses: Mapping[str, Array]) -> dict[str, object]:
+    """Where the plan has the robots and bodies that are measured, or seen, to be elsewhere."""
+    robots = {
+        name: tuple(map(float, values))
+        for name, values in planned.robots.items()
+        if np.abs(np.subtract(values, state.positions[name])).max(initial=0.0) > APART
+    }
+    bodies = {
+        name: _pose(planned.bodies[name])
+        for name, pose in poses.items()
+        if np.abs(pose - planned.bodies[name]).max() > APART
+    }
+    return {"robots": robots, "bodies": bodies}
+
+
+def _pose(pose: Array) -> dict[str, list[float]]:
+    return {"position": pose[:3, 3].tolist(), "quaternion": list(quaternion(pose))}

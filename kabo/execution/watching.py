@@ -51,6 +51,13 @@ class _Following(NamedTuple):
     taken: frozenset[str]
 
 
+class Planned(NamedTuple):
+    """Where the plan has things: the values of all joints of each robot, and the poses (4, 4) of bodies."""
+
+    robots: Mapping[str, Sequence[float]]
+    bodies: Mapping[str, Array]
+
+
 @dataclass
 class Measured:
     """The greatest deviations of one motion [m]: of any link from its path, and of each body from its place."""
@@ -114,7 +121,7 @@ class Watch:
 
     def tracking(self, motion: Motion, state: RobotState, belief: Belief) -> Surprise | None:
         """Whether each robot is near enough to the path that was proven, and no two things too near to each other."""
-        self.path = path = self.off_path(motion, state)
+        path = self.off_path(motion, state)
         for name, (off, permitted, _) in path.robots.items():
             for found in (self.measured, self._recent):
                 found.tracking, found.permitted = max(found.tracking, off), min(found.permitted, permitted)
@@ -130,14 +137,16 @@ class Watch:
 
     def off_path(self, motion: Motion, state: RobotState) -> OffPath:
         """How far robots are off the path of the motion that has begun."""
-        return off_path(
-            self.scene,
-            self.margins,
-            motion,
-            self._resting,
-            state,
-            max(self._since, state.motion_time - self.latest),
-        )
+        since = max(self._since, state.motion_time - self.latest)
+        self.path = off_path(self.scene, self.margins, motion, self._resting, state, since)
+        return self.path
+
+    def planned(self, belief: Belief, part: Motion | None) -> Planned:
+        """Where the plan has robots and bodies: at the last look at them, if a part of a motion is followed."""
+        robots = dict(belief.state.robots)
+        if part is not None:
+            robots |= {name: own.planned for name, own in self.path.robots.items()}
+        return Planned(robots, belief.poses(robots))
 
     def _together(self, motion: Motion, path: OffPath, state: RobotState, belief: Belief) -> Surprise | None:
         running = list(motion.at(path.time))

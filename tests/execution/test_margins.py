@@ -24,9 +24,9 @@ from kabo.execution import (
     execute,
 )
 from kabo.execution.belief import Belief
-from kabo.execution.body_margins import table_of
 from kabo.execution.displacements import displacement
 from kabo.execution.looks import MOST_LOOKS, Looks, rotation
+from kabo.execution.margin_table import table_of
 from kabo.execution.margins import FEW_CLAIMS, essential
 from kabo.execution.simulated_sensors import normals
 from kabo.execution.watching import Watch

@@ -21,6 +21,7 @@ from kabo.geometry.collision.kernels.nearest_pairs import (
 from kabo.geometry.collision.separation_proofs import Course, Prover
 
 PLACES = 72  # along a path, about, where distances are looked at
+FARTHEST = 4  # pieces between two places: on longer ways parts that are not refined come nearest unseen
 
 
 class NearPairs:
@@ -100,7 +101,7 @@ class NearPairs:
 
 def _places(pieces: int) -> Array:
     """Places along a path: numbers of pieces and shares of them."""
-    step = max(1, -(-pieces // PLACES))
+    step = min(FARTHEST, max(1, -(-pieces // PLACES)))
     if step > 1:
         return np.append(np.arange(0.0, pieces, step), float(pieces))
     count = -(-PLACES // pieces)

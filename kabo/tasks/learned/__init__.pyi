@@ -4,5 +4,5 @@ from kabo.tasks.learned.models import open_model as open_model
 from kabo.tasks.learned.naming import MisfitError as MisfitError
 from kabo.tasks.learned.records import learned_by as learned_by
 from kabo.tasks.learned.records import learned_in as learned_in
-from kabo.tasks.learned.risk import Risk as Risk
-from kabo.tasks.learned.risk import risk as risk
+from kabo.tasks.learned.risks import Risk as Risk
+from kabo.tasks.learned.risks import risk as risk

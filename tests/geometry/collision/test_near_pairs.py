@@ -1,6 +1,7 @@
 """Which pairs come nearest along a path: the same as if each one were measured at each place."""
 
 import numpy as np
+import pytest
 
 from kabo.geometry import Enclosure
 from kabo.geometry.collision.near_pairs import NearPairs
@@ -11,10 +12,13 @@ from tests.geometry.collision.test_separation_proofs import CLEARANCE, CUBE, sli
 FAR = 1.0
 
 
-def near_pairs(gaps, scopes=None, caps=(FAR,), waypoints=((0.0, 0.0), (1.0, 0.0))) -> NearPairs:
-    """A cube that slides upwards, and cubes beside its way at some distances."""
+def near_pairs(
+    gaps, scopes=None, caps=(FAR,), waypoints=((0.0, 0.0), (1.0, 0.0)), above: tuple[float, ...] | None = None
+) -> NearPairs:
+    """A cube that slides upwards, cubes beside its way at some distances, and one that stands `above` it."""
     prover = Prover({"cube": ordered(Enclosure((CUBE,), 0.0))}, FAR, CLEARANCE)
     beside = [PlacedBody("cube", 0, flat(transform((0.3 + gap, 0.0, 0.5)))) for gap in gaps]
+    beside += [] if above is None else [PlacedBody("cube", 0, flat(transform(above)))]
     bodies = [PlacedBody("cube", 2, flat(transform((0.2, 0, 0)))), *beside]
     pairs = np.array([[0, k, 0] for k in range(1, len(bodies))], np.int64)
     numbers = np.zeros(len(bodies), np.int64) if scopes is None else np.array([0, *scopes])
@@ -51,3 +55,12 @@ def test_the_least_distance_of_each_object_is_looked_at_unless_a_branch_has_a_le
 
 def test_bodies_that_do_not_move_decide_nothing():
     assert settled(near_pairs([0.03, 0.01], waypoints=((0.0, 0.0), (0.0, 0.0)))) == []
+
+
+@pytest.mark.parametrize("bend", range(197, 206))
+def test_where_bodies_come_nearest_on_a_long_way_is_not_passed_over(bend):
+    away, rise = 0.2, 0.01  # of each piece [m] around the bend, where the cubes come nearest
+    heights = -away - rise * np.abs(np.arange(400.0) - bend)
+    measured = near_pairs([], waypoints=np.stack([heights, np.zeros(400)], axis=1), above=(0.2, 0.0, 0.1))
+    pair = measured.next()
+    assert pair is not None and away - 1e-9 <= measured.distance(pair) <= 1.03 * (away + 2 * rise)

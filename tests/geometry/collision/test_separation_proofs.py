@@ -83,6 +83,21 @@ def test_narrow_passages_are_proven_down_to_rounding(gap):
     assert 0.5 * gap < found.margin <= gap + 1e-12  # rounding of where it stands
 
 
+@pytest.mark.parametrize("turn", np.linspace(0.1, 0.7, 7))
+def test_no_margin_is_lost_below_the_distance_from_which_on_it_is_not_told(turn):
+    long = CUBE * (1.0, 100.0, 100.0)  # five metres: an axis in short integers loses a good share of a millimetre
+    prover = Prover({"wall": ordered(Enclosure((long,), 0.0))}, NEAR, CLEARANCE)
+    there = np.array([np.cos(turn), np.sin(turn), 0.0])
+    turned = [
+        flat(transform(place, (0.0, 0.0, np.sin(turn / 2), np.cos(turn / 2))))
+        for place in (0.0 * there, 0.11001 * there)
+    ]
+    bodies = [PlacedBody("wall", 2, turned[0]), PlacedBody("wall", 0, turned[1])]
+    path = Course(slide(), np.array([[0.0, 0.0], [0.1, 0.0]]), bodies, np.array([[0, 1, 0]], np.int64))
+    (found,) = prover.prove(path, np.array([NEAR]))
+    assert found is not None and found.margin >= NEAR
+
+
 def test_the_kernel_is_its_own_python_original(monkeypatch):
     prover, path = course([0.5, 0.7], [0.4, 1.0], [0.5, 1.6], at=(0.0, 0.0, 0.45), parts=3)
     compiled = prover.prove(path)

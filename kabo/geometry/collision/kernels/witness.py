@@ -192,8 +192,11 @@ def _box_gap(first, second):
 
 
 @lean_kernel
-def _write_axis(things, work, poses, grow, gap, search, proofs, row):
-    """Writes the axis in short integers if that keeps its margin, else in full; returns the gap along the written axis."""
+def _write_axis(things, work, poses, grow, gap, near, search, proofs, row):
+    """Writes the axis in short integers if that keeps its margin, else in full; returns the gap along the written axis.
+
+    A margin of `near` is kept whole, since one that is less is told as the clearance.
+    """
     axis, axes = search.axis, proofs.axes
     greatest, square = max(abs(axis[0]), abs(axis[1]), abs(axis[2])), 0.0
     proofs.codes[row] = AXIS
@@ -203,7 +206,7 @@ def _write_axis(things, work, poses, grow, gap, search, proofs, row):
     norm = np.sqrt(square)
     x, y, z = axes[row, 0] / norm, axes[row, 1] / norm, axes[row, 2] / norm
     found = gap_along(things.hulls, work.ends, poses, x, y, z, search)
-    if found - grow > KEPT_MARGIN_SHARE * (gap - grow):
+    if found - grow > KEPT_MARGIN_SHARE * (gap - grow) and not found - grow < near <= gap - grow:
         return found
     proofs.codes[row] = EXACT_AXIS
     for r in range(3):
@@ -337,7 +340,7 @@ def _prove(p, pair, limits, chain, trail, things, work, search, proofs, row):
         gap = greatest_gap(things.hulls, ends, trail.poses, grow + wanted, least, limits[LOSS], search)
         gained = rest <= max(limits[DECIDED], GAINED_SHARE * (gap - grow)) or s1 - s0 <= limits[FINEST]
         if gap > least and (gap > grow + wanted or gained):
-            gap = _write_axis(things, work, trail.poses, grow, gap, search, proofs, row)
+            gap = _write_axis(things, work, trail.poses, grow, gap, limits[NEAR], search, proofs, row)
             proofs.margins[p] = min(proofs.margins[p], gap - grow)
             wanted = max(needed, min(wanted, gap - grow))
         elif small and gained:

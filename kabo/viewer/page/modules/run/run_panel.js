@@ -1,12 +1,13 @@
 // The panel of a run: how far robots and bodies were from the plan, what was decided, and the true state on the stage.
 import { make } from "kabo/elements.js";
 import { Ghost } from "kabo/ghost.js";
+import { MarginTable } from "kabo/margin_table.js";
 import { length } from "kabo/margins.js";
 import { RunChart } from "kabo/run_chart.js";
 import { svg } from "kabo/svg.js";
 
 const QUIET = ["state", "followed"]; // events that are no decision
-const NEW_PLAN = "from here on by a plan of its own, which is not shown beside";
+const NEW_PLAN = "from here on by a plan of its own, whose graph is not shown beside";
 const REDRAW = 200; // milliseconds between two drawings of a run that goes on
 
 /** Adds the panel; of a run that goes on, it listens for more. */
@@ -30,12 +31,13 @@ class RunPanel {
     this.tracking = new RunChart("Tracking error", (time) => this.pick(time));
     this.bodies = new RunChart("Bodies off their places", (time) => this.pick(time));
     this.strip = svg("svg", { viewBox: "0 0 400 14", class: "run-states", role: "img" });
+    this.margins = new MarginTable();
     this.rows = make("tbody");
     const head = ["time", "state", "what"].map((text) => make("th", { scope: "col" }, [text]));
     this.element = make("div", { className: "run" }, [this.headline, this.slider,
       ...(this.live === null ? [] : [make("label", {}, [this.newest, " stay at the newest"])]), this.told,
       make("h2", {}, ["States"]), this.strip, make("h2", {}, ["Tracking error"]), this.tracking.drawing,
-      make("h2", {}, ["Bodies off their places"]), this.bodies.drawing, legend(),
+      make("h2", {}, ["Bodies off their places"]), this.bodies.drawing, legend(), this.margins.element,
       make("h2", {}, ["Decisions"]), make("div", { className: "wide", tabIndex: 0, role: "region", "aria-label": "decisions" },
         [make("table", {}, [make("thead", {}, [make("tr", {}, head)]), this.rows])])]);
   }
@@ -126,15 +128,15 @@ class RunPanel {
     const answer = this.decisions.findLast((each) => each.event === "answer" && each.kind !== "none" && each.time <= time + 1e-6);
     this.told.textContent = `${time.toFixed(2)} s${doing ? `: ${doing.event} ${wordsOf(doing)}` : ""}${state
       ? `; ${length(state.tracking)} off the path, ${state.permitted === null ? "nothing moves" : `${length(state.permitted)} permitted`}` : ""}${answer ? `; after ${answer.kind} at ${answer.time.toFixed(2)} s` : ""}`;
+    this.margins.show(state ?? null, this.decisions.findLast((each) => each.event === "node" && each.time <= time + 1e-6) ?? null);
     if (state && this.stage) {
       this.place(state, Boolean(answer));
     }
   }
 
   place(state, elsewhere) {
-    const robots = Object.fromEntries(this.shown.scene.robots.map((robot) => [robot.name, Object.fromEntries(
-      robot.values.map(({ name }, k) => [name, state.robots[robot.name]?.[k]]).filter(([, value]) => value !== undefined))]));
-    const objects = Object.fromEntries(Object.entries(state.bodies).map(([name, pose]) => [name, { parent: "world", ...pose }]));
+    const robots = this.configurations(state.robots);
+    const objects = inWorld(state.bodies);
     this.moving = true;
     if (this.plan) {
       this.plan.truth = { robots, objects };
@@ -144,7 +146,14 @@ class RunPanel {
     }
     this.moving = false;
     this.stage.setState({ robots, objects });
-    this.ghost.show(!elsewhere && window.kabo.player?.film.steps.length ? window.kabo.player.state : null);
+    const planned = this.configurations(state.planned.robots);
+    this.ghost.show({ robots: { ...robots, ...planned }, objects: { ...objects, ...inWorld(state.planned.bodies) } });
+  }
+
+  /** Joint values by name, of robots whose values a record lists. */
+  configurations(listed) {
+    return Object.fromEntries(this.shown.scene.robots.filter(({ name }) => listed[name]).map(({ name, values }) =>
+      [name, Object.fromEntries(values.map((value, k) => [value.name, listed[name][k]]))]));
   }
 
   /** The plan's own time line was used: the stage is the plan's again. */
@@ -155,6 +164,11 @@ class RunPanel {
       this.stage?.setState(window.kabo.player.state);
     }
   }
+}
+
+/** Poses of bodies as those of objects of a state. */
+function inWorld(poses) {
+  return Object.fromEntries(Object.entries(poses).map(([name, pose]) => [name, { parent: "world", ...pose }]));
 }
 
 /** What a record says, in words. */

@@ -76,6 +76,18 @@ def body_margins(margins: Margins, bodies: Iterable[str]) -> tuple[BodyMargin, .
     return tuple(found)
 
 
+def least_margins(margins: Margins, node: str, bodies: Iterable[str]) -> dict[str, dict[str, Any]] | None:
+    """How far bodies may be displaced in any way from a node on, as JSON values: `least` [m] and what is nearest.
+
+    None without the report of a check; a body that nothing limits is left out.
+    """
+    tolerance = margins.rest(node)
+    if tolerance is None:
+        return None
+    slacks = {body: tolerance.radius(body) for body in bodies}
+    return {body: {"least": own.least, "other": own.other} for body, own in slacks.items() if own.least < inf}
+
+
 def table_of(margins: Margins, found: Sequence[BodyMargin]) -> list[str]:
     """The margins as lines of text, in millimetres; a body is told again where something has changed."""
     rows: list[tuple[str, ...]] = [("node", "", "body", "any way", *DIRECTIONS, "nearest")]
