@@ -96,18 +96,13 @@ class RobotStage(Stage):
 
     def known(self, name: str) -> Any:
         """The value of a property, or None if it is undefined or depends on an interface state."""
-        properties = self.properties
-        if not properties.has(name) or properties.reads_interface(name):
-            return None
         try:
-            return properties.value(name)
+            return self.properties.value(name) if self.properties.has(name) else None
         except TaskError:
             return None
 
     def undecided(self, name: str) -> bool:
         """Whether a property's value is unknown before planning: the caller or an interface state gives it."""
-        if self.properties.reads_interface(name):
-            return True
         try:
             self.properties.value(name)
         except TaskError:

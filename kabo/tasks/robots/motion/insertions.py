@@ -28,7 +28,9 @@ def inserts(part: MotionPart) -> bool:
     """
     if not part.touches or not part.scene.context.scene.mates:
         return False
-    return _offset(part, part.stretch.path, 0.0) <= _tolerance(part)
+    key = "inserts", part.stretch.robot, part.stretch.path.tobytes(), _held(part)
+    surroundings = part.scene.context.surroundings
+    return bool(surroundings.remembered(key, lambda: _offset(part, part.stretch.path, 0.0) <= _tolerance(part)))
 
 
 def insertion_nearness(part: MotionPart) -> float:
@@ -54,12 +56,17 @@ def _tolerance(part: MotionPart) -> float:
 
 def _points(part: MotionPart) -> Array:
     """Corners (p, 3) of the boxes of all that the robot holds, and the tool's origin, in the frame of its tool."""
-    situation, robot = part.scene.situation, part.stretch.robot
-    held = tuple((name, situation.held(name)) for name in situation.carried(robot))
+    held = _held(part)
     found: Array = part.scene.context.surroundings.remembered(
-        ("held points", robot, held), lambda: _points_of(part, held)
+        ("held points", part.stretch.robot, held), lambda: _points_of(part, held)
     )
     return found
+
+
+def _held(part: MotionPart) -> tuple[tuple[str, Attachment], ...]:
+    """What the robot holds, with its places."""
+    situation = part.scene.situation
+    return tuple((name, situation.held(name)) for name in situation.carried(part.stretch.robot))
 
 
 def _points_of(part: MotionPart, held: Sequence[tuple[str, Attachment]]) -> Array:
