@@ -8,6 +8,7 @@ import logging
 import re
 from pathlib import Path
 
+from kabo.errors import Diagnostic, InputError
 from kabo.options import OPTIONS, Option
 from kabo.plan.certificate_json import certificate_from_json
 from kabo.plan.checked_json import JsonValue, read_checked
@@ -30,6 +31,14 @@ _ID = re.compile(r"n(0|[1-9][0-9]*)")
 _HASH = re.compile(r"sha256:[0-9a-f]{64}")
 _SEGMENT = ("robot", "joints", "waypoints", "times", "procedure", "stage", "attach", "detach", "allowed_contacts")
 _MOVING = ("motion", "after", "overlap", "learned")
+_OTHER_FILES = {
+    "kabo-task": ("a report of a task", "kabo task export makes a plan of a solution in it"),
+    "kabo-state": (
+        "the state of a run",
+        "give the plan that was carried out; `--after` of kabo replan takes the state",
+    ),
+    "kabo-view": ("the content of a page", "give the plan that the page shows"),
+}
 _FIRST_OPTIONS = ("search", "seed", "epsilon", "geometry")  # of every plan; plans of older kabos have no others
 
 
@@ -69,6 +78,7 @@ def plan_from_json(content: bytes | str, *, file: str = "plan.json") -> Plan:
 
 
 def _plan(place: JsonValue) -> Plan:
+    _refuse_other_files(place)
     fields = place.fields(
         ("format", "problem", "options", "root", "nodes"), ("start", "certificate", "certificate_gaps", "done")
     )
@@ -93,6 +103,15 @@ def _plan(place: JsonValue) -> Plan:
     if "format" in fields:
         _check_format(fields["format"], plan)
     return plan
+
+
+def _refuse_other_files(place: JsonValue) -> None:
+    """Refuses a file of kabo that says itself what it is, and is no plan: its keys are no findings then."""
+    name = place.value.get("format") if isinstance(place.value, dict) else None
+    kind = name.partition("/")[0] if isinstance(name, str) else None
+    if kind in _OTHER_FILES:
+        what, remedy = _OTHER_FILES[kind]
+        raise InputError([Diagnostic(place.file, 1, 1, f"a plan is needed here, this is {what}", remedy)])
 
 
 def _check_format(place: JsonValue, plan: Plan) -> None:

@@ -128,3 +128,17 @@ def test_what_the_reader_refuses_in_form_the_schema_refuses_too(plan):
     for path, value, message in CASES:
         if not any(text in message for text in beyond):
             assert not validator.is_valid(json.loads(spoiled(plan, *path, to=value))), message
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("kabo-task/2", "this is a report of a task\n      = kabo task export makes a plan of a solution in it"),
+        ("kabo-task/1", "this is a report of a task"),
+        ("kabo-state/1", "this is the state of a run"),
+    ],
+)
+def test_another_file_of_kabo_is_one_finding_that_says_what_it_is(name, message):
+    content = json.dumps({"format": name, "task": "pick", "runs": [], "stages": {}})
+    assert said(content.encode()).startswith("p.json:1:1: a plan is needed here, " + message)
+    assert "unknown key" not in said(content.encode())
