@@ -287,8 +287,8 @@ def read_report(content: bytes, file: str) -> Report:
         said = f"{where}: {message}" if where and where != "$" else message
         raise InputError([Diagnostic(file, 1, 1, f"this is no report of planning: {said}", hint)]) from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        line, column, said = _place(content)
-        raise InputError([Diagnostic(file, line, column, f"this is no JSON: {said or error}", hint)]) from None
+        line, column, why = _place(content)
+        raise InputError([Diagnostic(file, line, column, f"this is no JSON: {why or error}", hint)]) from None
     for where, count, most in _counts(found):
         if not 0 <= count <= most:
             message = f"this is no report of planning: {where} is not from 0 to {most}"
