@@ -179,7 +179,7 @@ def find_motion(
     from kabo.tasks.robots import TaskScene
 
     if robot not in scene.robots:
-        raise _fault(robot, "the scene has no robot of this name", _suggested(robot, scene.robots))
+        raise _fault("robot", f"the scene has no robot {robot!r}", _suggested(robot, scene.robots))
     chosen = scene.robots[robot]
     if holding is not None:
         scene = _holding(scene, chosen, holding)
@@ -190,11 +190,13 @@ def find_motion(
     task_scene = TaskScene.of(server.context(), state)
     constraint = _constraint(task_scene, robot, keep)
     _require_held(task_scene, robot)
-    for q, name in ((first, "the start"), (last, "the goal")):
+    for q, name in ((first, "start"), (last, "goal")):
         _require_free(task_scene, robot, np.array(q), name)
         broken = None if constraint is None else constraint.broken(np.array(q))
         if broken is not None:
-            raise _fault(robot, f"{name} does not keep {keep}: {broken}", "choose another end, or no constraint")
+            raise _fault(
+                name, f"the {name} does not keep {keep}: {broken}", "choose another end, or no constraint"
+            )
     key: tuple[str | int | float, ...] = (seed, PROCEDURE, robot, *first, *last)
     found = way_to(task_scene.workspace(robot), np.array(first), np.array(last), key, samples, constraint)
     if isinstance(found, Refusal):
@@ -207,13 +209,13 @@ def _ends(scene: "Scene", robot: "Robot", start: Where, goal: Where) -> "tuple[C
     """Configurations of all joints at both ends; the gripper is as at the start of the scene."""
     ends = []
     now = scene.start.robots[robot.name]
-    for where, name in ((start, "the start"), (goal, "the goal")):
+    for where, name in ((start, "start"), (goal, "goal")):
         values = np.round(_values(robot, where, now, name), 9) + 0.0
         low, high = robot.tree.lower, robot.tree.upper
         for i, (joint, value) in enumerate(zip(robot.planned_joints, values, strict=True)):
             if not low[i] <= value <= high[i]:
-                what = f"{name} has {joint} at {value:.6g}, outside its limits {low[i]:.6g} to {high[i]:.6g}"
-                raise _fault(robot.name, what, "choose a value within the limits")
+                what = f"the {name} has {joint} at {value:.6g}, outside its limits {low[i]:.6g} to {high[i]:.6g}"
+                raise _fault(name, what, "choose a value within the limits")
         now = (*map(float, values), *now[robot.planned :])
         ends.append(now)
     return ends[0], ends[1]
@@ -231,23 +233,23 @@ def _values(robot: "Robot", where: Where, now: "Configuration", name: str) -> Ar
             return np.array(now[: robot.planned])
         if where not in known:
             what = f"{robot.name} has no configuration {where!r}"
-            raise _fault(robot.name, what, _suggested(where, known))
+            raise _fault(name, what, _suggested(where, known))
         return np.array(known[where], np.float64)
     values = np.array(now[: robot.planned])
     if isinstance(where, Mapping):
         for joint, value in where.items():
             if joint not in robot.planned_joints:
-                what = f"{name} names {joint!r}, which is no planned joint of {robot.name}"
-                raise _fault(robot.name, what, _suggested(joint, robot.planned_joints))
+                what = f"the {name} names {joint!r}, which is no planned joint of {robot.name}"
+                raise _fault(name, what, _suggested(joint, robot.planned_joints))
             values[robot.planned_joints.index(joint)] = value
     else:
         given = np.array(where, np.float64)
         if given.shape != values.shape:
-            what = f"{name} has {given.size} values, and {robot.name} plans {robot.planned} joints"
-            raise _fault(robot.name, what, f"give one each for {', '.join(robot.planned_joints)}")
+            what = f"the {name} has {given.size} values, and {robot.name} plans {robot.planned} joints"
+            raise _fault(name, what, f"give one each for {', '.join(robot.planned_joints)}")
         values = given
     if not np.isfinite(values).all():
-        raise _fault(robot.name, f"{name} has a value that is not finite", "give numbers")
+        raise _fault(name, f"the {name} has a value that is not finite", "give numbers")
     return values
 
 
@@ -260,9 +262,9 @@ def _holding(scene: "Scene", robot: "Robot", name: str) -> "Scene":
     from kabo.scene import attachment, world_T  # loads kernels, as above
 
     if robot.tool is None:
-        raise _fault(robot.name, f"{robot.name} has no tool and holds nothing", "write `tool` in the scene")
+        raise _fault("holding", f"{robot.name} has no tool and holds nothing", "write `tool` in the scene")
     if name not in scene.movable:
-        raise _fault(robot.name, f"the scene has no movable body {name!r}", _suggested(name, tuple(scene.movable)))
+        raise _fault("holding", f"the scene has no movable body {name!r}", _suggested(name, tuple(scene.movable)))
     hand = f"{robot.name}.{robot.tool.frame}"
     hand_T_world = np.linalg.inv(world_T(scene, scene.start, hand))
     held = attachment(hand, hand_T_world @ world_T(scene, scene.start, name))
@@ -281,11 +283,11 @@ def _constraint(scene: "TaskScene", robot: str, keep: str | None) -> "Keep | Non
         return None
     known = scene.context.scene.motion_constraints
     if keep not in known:
-        raise _fault(robot, f"the scene has no motion constraint {keep!r}", _suggested(keep, known))
+        raise _fault("keep", f"the scene has no motion constraint {keep!r}", _suggested(keep, known))
     found = keep_constraint(scene.context, scene.robot(robot), scene.situation, keep)
     if found is None:
         raise _fault(
-            robot,
+            "keep",
             f"{robot} holds nothing that {keep} fits",
             "say what it holds (holding), or leave the constraint out",
         )
@@ -302,7 +304,9 @@ def _require_held(scene: "TaskScene", robot: str) -> None:
 
     found = too_heavy(scene.context.scene, scene.situation, robot)
     if found is not None:
-        raise _fault(robot, found.comment, "let the gripper have more force, or write the true mass and friction")
+        raise _fault(
+            "robot", found.comment, "let the gripper have more force, or write the true mass and friction"
+        )
 
 
 def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
@@ -318,18 +322,20 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     if pair is None:
         return
     if pair[1] in scene.context.scene.regions:
-        raise _fault(robot, f"at {name} {pair[0]} is not on its floor, {pair[1]}", "choose another configuration")
+        raise _fault(
+            name, f"at the {name} {pair[0]} is not on its floor, {pair[1]}", "choose another configuration"
+        )
     state = scene.situation.first.replace({robot: tuple(map(float, q))})
     bounds = ScenePredicates(scene.context.surroundings, state).distance(*pair)
     if bounds.lower < 0.0:
         how = f"overlap by up to {-1000 * bounds.lower:.1f} mm"
     elif bounds.lower < (wanted := _kept(scene, pair)):
-        what = f"at {name} {told_distance(pair, bounds.lower, wanted)}"
-        raise _fault(robot, what, "choose another configuration, a smaller clearance, or let less be uncertain")
+        what = f"at the {name} {told_distance(pair, bounds.lower, wanted)}"
+        raise _fault(name, what, "choose another configuration, a smaller clearance, or let less be uncertain")
     else:
         how = f"are {1000 * bounds.lower:.2f} mm apart, too near for a proof with this epsilon"
-    what = f"at {name} {pair[0]} and {pair[1]} {how}"
-    raise _fault(robot, what, "choose another configuration, or allow the contact: allowed_contacts")
+    what = f"at the {name} {pair[0]} and {pair[1]} {how}"
+    raise _fault(name, what, "choose another configuration, or allow the contact: allowed_contacts")
 
 
 def _kept(scene: "TaskScene", pair: "Pair") -> float:
@@ -373,5 +379,6 @@ def _suggested(name: str, known: Mapping[str, object] | Sequence[str]) -> str:
     return did_you_mean(name, known) or f"there is {', '.join(known) or 'none'}"
 
 
-def _fault(robot: str, what: str, remedy: str) -> InputError:
-    return InputError([Diagnostic(robot, 1, 1, what, remedy)])
+def _fault(argument: str, what: str, remedy: str) -> InputError:
+    """A finding about an argument of `plan_motion`, by its name."""
+    return InputError([Diagnostic(argument, 1, 1, what, remedy)])

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -286,3 +287,20 @@ def test_a_robot_that_nothing_could_meet_is_verified(tmp_path: Path):
     scene = kabo.load_scene(path)
     report = kabo.verify(scene, find_motion(scene, "cart", "home", "there").plan())
     assert report.ok and report.pairs == 0, str(report)
+
+
+@pytest.mark.parametrize(
+    ("argument", "wrong", "words"),
+    [
+        ("robot", {"robot": "harm"}, "the scene has no robot 'harm'"),
+        ("start", {"start": "nowhere"}, "arm has no configuration 'nowhere'"),
+        ("goal", {"goal": {"panda_joint1": 9.0}}, "the goal has panda_joint1 at 9"),
+        ("goal", {"goal": [0.0]}, "the goal has 1 values"),
+        ("holding", {"holding": "cap"}, "no movable body 'cap'"),
+        ("keep", {"keep": "lying"}, "no motion constraint 'lying'"),
+    ],
+)
+def test_a_wrong_argument_is_told_by_its_name(hand: Scene, argument: str, wrong: dict[str, Any], words: str):
+    with pytest.raises(InputError, match=words) as told:
+        kabo.plan_motion(hand, **{"robot": "arm", "start": "home", "goal": "there"} | wrong)
+    assert told.value.diagnostics[0].file == argument

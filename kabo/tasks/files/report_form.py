@@ -285,6 +285,8 @@ def read_report(content: bytes, file: str) -> Report:
         message, _, path = str(error).partition(" - at ")
         where = path.strip("`").removeprefix("$.")
         said = f"{where}: {message}" if where and where != "$" else message
+        if where == "format" and b'"kabo-plan/' in content[:200]:
+            said = "it is a plan"
         raise InputError([Diagnostic(file, 1, 1, f"this is no report of planning: {said}", hint)]) from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         line, column, why = _place(content)
