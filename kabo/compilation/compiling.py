@@ -48,7 +48,9 @@ def note_compiled() -> None:
 
 
 def _mark() -> Path:
-    return _folder() / f"numba-{version('numba')}-usual"
+    """The file that records it: one for each installation, as numba keeps what it compiles by the place of the sources."""
+    place = hashlib.sha256(str(Path(__file__).parent).encode()).hexdigest()[:8]
+    return _folder() / f"numba-{version('numba')}-usual-{place}"
 
 
 @cache

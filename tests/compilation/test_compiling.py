@@ -1,6 +1,10 @@
 """What kernels have beside numba: windows into flat arrays, and one way to round."""
 
+import os
 import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -35,3 +39,22 @@ def test_no_kernel_lets_the_compiler_choose_how_to_round():
     sources = {path: path.read_text() for path in Path(kabo.__file__).parent.rglob("*.py")}
     assert sum("njit(" in text for text in sources.values())  # they are looked at
     assert [path for path, text in sources.items() if re.search(r"fastmath\s*=", text)] == []
+
+
+def test_another_installation_of_the_same_kabo_has_its_own_kernels_to_compile(tmp_path: Path) -> None:
+    """As numba keeps what it compiles by the place of the sources: a mark for both would hide minutes of work."""
+    sources = Path(kabo.__file__).parent
+    other = tmp_path / "other"
+    shutil.copytree(sources, other / "kabo", ignore=shutil.ignore_patterns("__pycache__", "data", "static"))
+    look = "from kabo.compilation.compiling import _folder, note_compiled, usual_kernels_compiled as made; "
+    said = []
+    for place, program in (
+        (sources.parent, "_folder().mkdir(parents=True); note_compiled(); print(made())"),
+        (other, "print(made())"),
+    ):
+        environment = {**os.environ, "PYTHONPATH": str(place), "KABO_CACHE": str(tmp_path / "cache")}
+        command = [sys.executable, "-c", look + program]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment, cwd=tmp_path)
+        said.append(done.stdout)
+    assert said == ["True\n", "False\n"]
+    assert len(list((tmp_path / "cache" / "compiled").iterdir())) == 1, "the sources are the same"
