@@ -33,7 +33,7 @@ INTERRUPTED_S = 2.0  # from Ctrl-C until the child is killed
 KILLED_ABOVE = 1.1  # times the memory limit
 POLL_S, MEMORY_POLL_S = 0.05, 0.25  # between two looks at the clock, and at the memory
 HANDLED = (signal.SIGINT, signal.SIGTSTP)  # by the parent; blocked while the child is made
-COMPILING = Doing("compiling kernels", "compiling kernels, once for this version and machine")
+COMPILING = Doing("compiling kernels", "compiling kernels, once for this installation")
 
 
 def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
@@ -67,7 +67,7 @@ def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int
 def _compiled_first(options: argparse.Namespace) -> float:
     """The seconds that were spent on compiling kernels, in a process of its own, before the command's clock starts.
 
-    A command whose `needs_kernels` says so waits for this once for each version and machine; after that it takes none.
+    A command whose `needs_kernels` says so waits for this once for each installation; after that it takes none.
     """
     needs = getattr(options, "needs_kernels", None)
     if needs is None or usual_kernels_compiled() or not needs(options):
