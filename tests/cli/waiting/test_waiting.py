@@ -116,7 +116,8 @@ def test_a_dumb_terminal_and_a_quiet_command_show_no_row(tmp_path, quiet):
 def test_ctrl_c_leaves_a_clean_screen(tmp_path):
     written = in_terminal(command(tmp_path, "--set", "seconds=30"), tmp_path, stop_after=4.0)
     shown = left_on_screen(written)
-    assert "interrupted" in shown[-2] and not any("baking:" in line for line in shown)
+    # On a busy machine the command is slow to answer, and is cut off "while baking: … (interrupted)": that is no row.
+    assert "interrupted" in shown[-2] and not any("━" in line or " left" in line for line in shown)
     assert not (tmp_path / "p.yaml").exists()
 
 
