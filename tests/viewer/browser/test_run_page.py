@@ -91,3 +91,8 @@ def test_where_the_plan_has_what_is_off_is_shown_beside_it_with_its_margin(
     assert "4 mm" in table and "o2" in table and "proven, any way" in table
     shown.require_accessible()
     shown.require_clean()
+    older = [{key: value for key, value in each.items() if key not in ("planned", "margins")} for each in records]
+    path.write_bytes(page_of(document_of_run(older, "log.jsonl", plan, ViewOptions(problem=STACKED))))
+    shown = open_page(path)
+    shown.run("window.kabo.run.pick(1.4)")
+    shown.require_clean()

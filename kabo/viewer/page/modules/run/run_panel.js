@@ -146,8 +146,9 @@ class RunPanel {
     }
     this.moving = false;
     this.stage.setState({ robots, objects });
-    const planned = this.configurations(state.planned.robots);
-    this.ghost.show({ robots: { ...robots, ...planned }, objects: { ...objects, ...inWorld(state.planned.bodies) } });
+    const planned = state.planned ?? { robots: {}, bodies: {} }; // older logs do not tell where the plan has things
+    this.ghost.show({ robots: { ...robots, ...this.configurations(planned.robots) },
+      objects: { ...objects, ...inWorld(planned.bodies) } });
   }
 
   /** Joint values by name, of robots whose values a record lists. */
