@@ -114,7 +114,11 @@ def _followed(plan: Plan, history: History) -> Iterable[tuple[str, Node, str | N
         InputError: they are no way through the plan.
     """
     expected: str | None = plan.root
-    for name, outcome in history:
+    for number, step in enumerate(history, start=1):
+        if not isinstance(step, list | tuple) or len(step) != 2 or not isinstance(step[0], str):
+            text = f"step {number} is {step!r}, and not a node with the outcome that was observed, or None"
+            raise _fault(text, "for example [('n0', 'true'), ('n2', None)]")
+        name, outcome = step
         node = plan.nodes.get(name)
         if node is None:
             raise _fault(f"the plan has no node {name}", did_you_mean(name, plan.nodes))

@@ -173,10 +173,13 @@ def test_histories_that_are_no_way_through_the_plan_are_refused() -> None:
         "is missing": [*way[:branching], (way[branching][0], None)],
         "is none that the plan has a branch for: ajar": [*way[:branching], (way[branching][0], "ajar")],
         "is the goal": [*way, (f"n{len(plan.nodes) - 1}", None)],
+        "step 1 is 'n', and not a node with the outcome": "n0",
+        "step 1 is .'n0',., and not a node with the outcome": [("n0",)],
+        "step 2 is .7, None., and not a node with the outcome": [way[0], (7, None)],
     }
     for text, history in faults.items():
         with pytest.raises(InputError, match=text):
-            kabo.after(problem, plan, history)
+            kabo.after(problem, plan, history)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="the plan is of doors_n3"):
         kabo.after(kabo.load_problem(DOMAINS / "grid" / "n3.yaml"), plan)
 
