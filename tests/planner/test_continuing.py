@@ -131,6 +131,8 @@ def test_motion_of_a_plan_from_elsewhere_does_not_pass_for_this_state() -> None:
     lying = replace(plan, start=begun.geometry, done=())
     report = kabo.verify(problem, lying, start=begun)
     assert not report.ok and any("o2" in finding.message for finding in report.findings)
+    report = kabo.verify(problem, replace(plan, done=()), start=begun)
+    assert [each.message for each in report.findings] == ["start: o2 is not where it is in the run"]
 
 
 def test_what_was_done_must_have_been_possible() -> None:
