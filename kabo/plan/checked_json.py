@@ -6,7 +6,7 @@
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, TypeVar
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
@@ -37,6 +37,18 @@ class JsonValue:
     def expected(self, what: str) -> None:
         """Adds the finding that `what` was expected instead of this value."""
         self.add_finding(f"expected {what}, found {_shown(self.value)}")
+
+    def refuse_other_files(self, needed: str, others: Mapping[str, tuple[str, str]]) -> None:
+        """Refuses a file of kabo that says itself what it is, and is not what is needed: its keys are no findings then.
+
+        Raises:
+            InputError: `others` has its format, with what such a file is, and a remedy.
+        """
+        name = self.value.get("format") if isinstance(self.value, dict) else None
+        kind = name.partition("/")[0] if isinstance(name, str) else ""
+        if kind in others:
+            what, remedy = others[kind]
+            raise InputError([Diagnostic(self.file, 1, 1, f"{needed} is needed here, this is {what}", remedy)])
 
     # ---------------------------------------------------------------------------------------------- leaves
     def text(self) -> str:
@@ -153,10 +165,6 @@ def _parse(content: bytes, file: str, findings: list[Diagnostic]) -> Any:
             result[key] = value
         return result
 
-    def constant(name: str) -> float:
-        findings.append(Diagnostic(file, 1, 1, f"{name} is no number of JSON", "every number must be finite"))
-        return 0.0
-
     def refuse(message: str, line: int = 1, column: int = 1, hint: str | None = None) -> InputError:
         return InputError([Diagnostic(file, line, column, message, hint)])
 
@@ -164,13 +172,34 @@ def _parse(content: bytes, file: str, findings: list[Diagnostic]) -> Any:
         text = content.decode("utf-8")
         if _depth(text) > MAX_DEPTH:
             raise refuse(f"nested deeper than {MAX_DEPTH}")
-        return json.loads(text, object_pairs_hook=unique, parse_constant=constant)
+        value = json.loads(text, object_pairs_hook=unique, parse_constant=_Constant)
     except UnicodeDecodeError as error:
         raise refuse(f"not UTF-8: byte {error.start}") from None
     except json.JSONDecodeError as error:
         raise refuse(f"not JSON: {error.msg}", error.lineno, error.colno) from None
     except (RecursionError, ValueError) as error:  # ValueError: an integer of thousands of digits
         raise refuse(f"not usable as JSON: {error}") from None
+    if "NaN" in text or "Infinity" in text:
+        _add_constants(JsonValue(value, "$", file, findings))
+    return value
+
+
+class _Constant(str):
+    """`NaN` or `Infinity`, which is no number of JSON though Python reads it."""
+
+
+def _add_constants(place: JsonValue) -> None:
+    """Adds a finding for each value that is no number of JSON."""
+    if isinstance(place.value, _Constant):
+        place.add_finding(f"{place.value} is no number of JSON", "every number must be finite")
+    for key, value in _entries(place.value):
+        _add_constants(place.at(key, value))
+
+
+def _entries(value: Any) -> Iterable[tuple[str | int, Any]]:
+    if isinstance(value, dict):
+        return value.items()
+    return enumerate(value) if isinstance(value, list) else ()
 
 
 def _depth(text: str) -> int:

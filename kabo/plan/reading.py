@@ -8,7 +8,6 @@ import logging
 import re
 from pathlib import Path
 
-from kabo.errors import Diagnostic, InputError
 from kabo.options import OPTIONS, Option
 from kabo.plan.certificate_json import certificate_from_json
 from kabo.plan.checked_json import JsonValue, read_checked
@@ -78,7 +77,7 @@ def plan_from_json(content: bytes | str, *, file: str = "plan.json") -> Plan:
 
 
 def _plan(place: JsonValue) -> Plan:
-    _refuse_other_files(place)
+    place.refuse_other_files("a plan", _OTHER_FILES)
     fields = place.fields(
         ("format", "problem", "options", "root", "nodes"), ("start", "certificate", "certificate_gaps", "done")
     )
@@ -103,15 +102,6 @@ def _plan(place: JsonValue) -> Plan:
     if "format" in fields:
         _check_format(fields["format"], plan)
     return plan
-
-
-def _refuse_other_files(place: JsonValue) -> None:
-    """Refuses a file of kabo that says itself what it is, and is no plan: its keys are no findings then."""
-    name = place.value.get("format") if isinstance(place.value, dict) else None
-    kind = name.partition("/")[0] if isinstance(name, str) else None
-    if kind in _OTHER_FILES:
-        what, remedy = _OTHER_FILES[kind]
-        raise InputError([Diagnostic(place.file, 1, 1, f"a plan is needed here, this is {what}", remedy)])
 
 
 def _check_format(place: JsonValue, plan: Plan) -> None:

@@ -16,6 +16,10 @@ from kabo.plan.writing import canonical, done_to_json, rounded_state, state_to_j
 from kabo.whole_files import write_atomically
 
 FORMAT = "kabo-state/1"
+_OTHER_FILES = {
+    "kabo-plan": ("a plan", "`kabo execute --state` and `kabo.after` make the state of a run of it"),
+    "kabo-task": ("a report of a task", "`kabo execute --state` writes the state of a run"),
+}
 
 History = Sequence[
     tuple[str, str | None]
@@ -60,7 +64,7 @@ def state_after(
         objects: where objects are now, in place of where the plan has them.
 
     Raises:
-        InputError: the history is no way through the plan.
+        InputError: the history is no way through the plan, or the plan has no such robot, joint or object.
     """
     done, now = list(plan.done or ()), plan.start
     for name, node, outcome in _followed(plan, history):
@@ -70,9 +74,31 @@ def state_after(
             now = changed(now, node.after)
         if node.kind == "goal":
             raise _fault(f"{name} is the goal: nothing is done there", None)
-    if now is not None:
-        now = changed(now, StateChange(robots, objects))
-    return State(tuple(done), now)
+    change = StateChange(robots, objects)
+    _require_known(plan.start or StateChange({}, {}), change)
+    return State(tuple(done), None if now is None else changed(now, change))
+
+
+def _require_known(start: StateChange, change: StateChange) -> None:
+    """Checks that a plan has the robots, joints and objects that a change names.
+
+    Raises:
+        InputError: it has no such ones.
+    """
+    kinds = [("robot", change.robots, start.robots), ("movable object", change.objects, start.objects)]
+    kinds += [
+        (f"joint of {name}", change.robots[name], own)
+        for name, own in start.robots.items()
+        if name in change.robots
+    ]
+    faults = [
+        Diagnostic("state", 1, 1, f"the plan has no {kind} {name}", did_you_mean(name, known))
+        for kind, names, known in kinds
+        for name in names
+        if name not in known
+    ]
+    if faults:
+        raise InputError(faults)
 
 
 def changed(state: StateChange, change: StateChange) -> StateChange:
@@ -88,7 +114,11 @@ def _followed(plan: Plan, history: History) -> Iterable[tuple[str, Node, str | N
         InputError: they are no way through the plan.
     """
     expected: str | None = plan.root
-    for name, outcome in history:
+    for number, step in enumerate(history, start=1):
+        if not isinstance(step, list | tuple) or len(step) != 2 or not isinstance(step[0], str):
+            text = f"step {number} is {step!r}, and not a node with the outcome that was observed, or None"
+            raise _fault(text, "for example [('n0', 'true'), ('n2', None)]")
+        name, outcome = step
         node = plan.nodes.get(name)
         if node is None:
             raise _fault(f"the plan has no node {name}", did_you_mean(name, plan.nodes))
@@ -96,8 +126,9 @@ def _followed(plan: Plan, history: History) -> Iterable[tuple[str, Node, str | N
             raise _fault(f"{name} does not follow there", f"{expected} does")
         if node.on is None and outcome is not None:
             raise _fault(f"{name} observes nothing, but has the outcome {outcome}", None)
-        if node.on is not None and outcome is None:
-            raise _fault(f"the outcome of {node.on} at {name} is missing", f"one of {', '.join(node.branches)}")
+        if node.on is not None and outcome not in node.branches:
+            said = "is missing" if outcome is None else f"is none that the plan has a branch for: {outcome}"
+            raise _fault(f"the outcome of {node.on} at {name} {said}", f"one of {', '.join(node.branches)}")
         yield name, node, outcome
         expected = node.next if outcome is None else node.branches.get(outcome)
 
@@ -127,6 +158,7 @@ def load_state(path: str | Path) -> State:
 
 
 def _state(place: JsonValue) -> State:
+    place.refuse_other_files("the state of a run", _OTHER_FILES)
     fields = place.fields(("format", "done"), ("geometry",))
     if "format" in fields and fields["format"].value != FORMAT:
         fields["format"].add_finding(f'expected "{FORMAT}"', "this file is of another version, or no state")

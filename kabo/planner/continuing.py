@@ -28,7 +28,8 @@ def after(
         objects: where objects are now, in place of where the plan has them.
 
     Raises:
-        InputError: the plan is of another problem, or the history is no way through it.
+        InputError: the plan is of another problem, the history is no way through it, or it has no such robot, joint or
+            object.
 
     Example:
         >>> problem = kabo.load_problem("domains/grid/n3.yaml")

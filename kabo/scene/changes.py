@@ -4,9 +4,12 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from math import hypot, isfinite
 
+import numpy as np
+
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.plan import StateChange
-from kabo.scene.scene import Scene
+from kabo.scene.bounds import MAX_DISTANCE
+from kabo.scene.scene import Scene, world_T
 from kabo.scene.state import Attachment, Component, GeometricState
 
 BEYOND = 1e-6  # [rad or m] by which joints may be beyond their limits, and a quaternion longer or shorter than 1
@@ -27,8 +30,8 @@ def beginning_at(scene: Scene, start: StateChange) -> Scene:
     """The scene with everything where a state has it at first.
 
     Raises:
-        InputError: the state has what the scene does not have, hangs an object on nothing or on itself, or has numbers that
-            are no joint values or no pose.
+        InputError: the state has what the scene does not have, lacks what the scene has, hangs an object on nothing or on
+            itself, or has numbers that are no joint values or no pose.
     """
     faults = [
         *_unknown(start.robots, scene.robots, "robot"),
@@ -39,10 +42,38 @@ def beginning_at(scene: Scene, start: StateChange) -> Scene:
     links = [f"{robot.name}.{link}" for robot in scene.robots.values() for link in robot.links]
     parents = ["world", *scene.bodies, *links]
     faults += _unknown([pose.parent for pose in start.objects.values()], parents, "body or link")
-    faults = faults or [*_bad_joints(scene, start), *_bad_poses(start), *_circles(scene, start)]
+    faults = faults or [
+        *_missing(scene, start),
+        *_bad_joints(scene, start),
+        *_bad_poses(start),
+        *_circles(scene, start),
+    ]
+    if not faults:
+        state = with_change(scene, scene.start, start)
+        faults = list(_too_far(scene, state))
     if faults:
         raise InputError(faults)
-    return replace(scene, start=with_change(scene, scene.start, start), met=True)
+    return replace(scene, start=state, met=True)
+
+
+def _missing(scene: Scene, start: StateChange) -> Iterator[Diagnostic]:
+    """A diagnostic for each robot, joint and movable object of which a state does not say where it is."""
+    things = [f"robot {name}" for name in scene.robots if name not in start.robots]
+    for name in start.robots:
+        joints = scene.robots[name].joint_names
+        things += [f"{joint} of {name}" for joint in joints if joint not in start.robots[name]]
+    things += [name for name in scene.movable if name not in start.objects]
+    for thing in things:
+        yield Diagnostic("state", 1, 1, f"the state does not say where {thing} is", None)
+
+
+def _too_far(scene: Scene, state: GeometricState) -> Iterator[Diagnostic]:
+    """A diagnostic for each movable object that lies farther away than geometry reaches."""
+    for name in scene.movable:
+        far = float(np.linalg.norm(world_T(scene, state, name)[:3, 3]))
+        far += float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max(initial=0.0))
+        if not far <= MAX_DISTANCE:
+            yield _far(name, far)
 
 
 def _bad_joints(scene: Scene, start: StateChange) -> Iterator[Diagnostic]:
@@ -62,6 +93,13 @@ def _bad_poses(start: StateChange) -> Iterator[Diagnostic]:
             yield Diagnostic("state", 1, 1, f"the pose of {name} has a number that is not finite", None)
         elif abs(hypot(*pose.quaternion) - 1.0) > BEYOND:
             yield Diagnostic("state", 1, 1, f"the quaternion of {name} has not the length 1", "order: x, y, z, w")
+        elif hypot(*pose.position) > MAX_DISTANCE:
+            yield _far(name, hypot(*pose.position))
+
+
+def _far(name: str, metres: float) -> Diagnostic:
+    text = f"{name} reaches {metres:.4g} m from the world's origin; kabo plans within {MAX_DISTANCE:g} m"
+    return Diagnostic("state", 1, 1, text, "lengths are metres")
 
 
 def _circles(scene: Scene, start: StateChange) -> Iterator[Diagnostic]:

@@ -120,8 +120,9 @@ class _Writer:
 
     def _ways(self, node: Node, known: Known) -> Iterator[tuple[Any, Any]]:
         """What may be seen at a sense node, as unified-planning says it, each with the tree of how it goes on."""
-        self._learn(node)
-        outcomes = {node.on: list(node.branches)} if node.on is not None else self._decided_later(node)
+        facts = self._learn(node)
+        at_once = {} if node.on is None else {node.on: list(node.branches)}
+        outcomes = at_once | self._decided_later(node, [fact for fact in facts if fact != node.on])
         if not outcomes:
             return
         possible = 0
@@ -141,14 +142,14 @@ class _Writer:
         if not possible:
             raise _Impossible(f"nothing can be seen by {node.action}")
 
-    def _decided_later(self, node: Node) -> dict[str, list[str]]:
-        """The facts among those that a node delivers on which the plan branches before it senses them anew."""
+    def _decided_later(self, node: Node, facts: Sequence[str]) -> dict[str, list[str]]:
+        """Those of some facts that a node senses on which the plan branches later, before it senses them anew."""
         found: dict[str, list[str]] = {}
-        for fact in node.delivers:
-            waiting, seen = [node.next], set()
+        for fact in facts:
+            waiting, seen = list(node.successors), set()
             while waiting:
                 name = waiting.pop()
-                if name is None or name in seen:
+                if name in seen:
                     continue
                 seen.add(name)
                 here = self.plan.nodes[name]
@@ -186,12 +187,14 @@ class _Writer:
             raise KeyError(name)
         return original.environment.expression_manager.ObjectExp(found)
 
-    def _learn(self, node: Node) -> None:
-        """Keeps the facts that a node senses, by their spelling in the plan."""
+    def _learn(self, node: Node) -> list[str]:
+        """The facts that a node senses, by their spelling in the plan; keeps what they are in unified-planning."""
         assert node.action is not None
         binding = {name: getattr(value, "term", str(value)) for name, value in node.arguments.items()}
-        for each in self.translation.problem.domain.actions[node.action].sense:
-            self.facts[spell_bound(each, binding)] = self._fluent(each, node.arguments)
+        sensed = self.translation.problem.domain.actions[node.action].sense
+        found = {spell_bound(each, binding): self._fluent(each, node.arguments) for each in sensed}
+        self.facts |= found
+        return list(found)
 
     def _fluent(self, sensed: f.Atom | f.Application, arguments: Mapping[str, Any]) -> Any:
         names, original = self.translation.names, self.translation.original

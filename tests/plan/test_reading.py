@@ -112,7 +112,11 @@ def test_all_findings_come_at_once(plan):
         (b"[" * 100_000, "nested deeper than 40"),
         (b'{"a":' * 100_000, "nested deeper than 40"),
         (b'{"format":"kabo-plan/1","format":"kabo-plan/1"}', 'the key "format" stands twice'),
-        (b'{"x":NaN}', "NaN is no number of JSON"),
+        (b'{"x":NaN}', "$.x: NaN is no number of JSON"),
+        (
+            b'{"format":"kabo-plan/2","nodes":{"n0":{"after":[1,-Infinity]}}}',
+            "$.nodes.n0.after[1]: -Infinity is no",
+        ),
         (b'{"x":' + b"9" * 5000 + b"}", "not usable as JSON"),
         (b"[]", "$: expected an object, found a list"),
     ],

@@ -16,6 +16,7 @@ from kabo.knowledge import ground
 from kabo.plan import Done, History, Plan, State, load_state, plan_from_json, plan_to_json, schema
 from kabo.plan.state import changed
 from kabo.planner.continuing import knowledge_after
+from tests.planner.gantry import gantry_problem
 
 DOMAINS = Path(__file__).parents[2] / "domains"
 SEEDS = 2
@@ -130,6 +131,8 @@ def test_motion_of_a_plan_from_elsewhere_does_not_pass_for_this_state() -> None:
     lying = replace(plan, start=begun.geometry, done=())
     report = kabo.verify(problem, lying, start=begun)
     assert not report.ok and any("o2" in finding.message for finding in report.findings)
+    report = kabo.verify(problem, replace(plan, done=()), start=begun)
+    assert [each.message for each in report.findings] == ["start: o2 is not where it is in the run"]
 
 
 def test_what_was_done_must_have_been_possible() -> None:
@@ -170,11 +173,15 @@ def test_histories_that_are_no_way_through_the_plan_are_refused() -> None:
         "does not follow there": way[1:],
         "has no node n99": [*way[:1], ("n99", None)],
         "is missing": [*way[:branching], (way[branching][0], None)],
+        "is none that the plan has a branch for: ajar": [*way[:branching], (way[branching][0], "ajar")],
         "is the goal": [*way, (f"n{len(plan.nodes) - 1}", None)],
+        "step 1 is 'n', and not a node with the outcome": "n0",
+        "step 1 is .'n0',., and not a node with the outcome": [("n0",)],
+        "step 2 is .7, None., and not a node with the outcome": [way[0], (7, None)],
     }
     for text, history in faults.items():
         with pytest.raises(InputError, match=text):
-            kabo.after(problem, plan, history)
+            kabo.after(problem, plan, history)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="the plan is of doors_n3"):
         kabo.after(kabo.load_problem(DOMAINS / "grid" / "n3.yaml"), plan)
 
@@ -195,6 +202,7 @@ def test_states_are_read_as_they_were_written_and_faults_are_told(tmp_path: Path
         ('{"format":"kabo-state/1","done":[{}]}', "a step is an action, an observation, or both"),
         ('{"format":"kabo-state/1","done":[{"on":"a(b)"}]}', '"outcome" is missing'),
         ('{"format":"kabo-state/2","done":[]}', "of another version"),
+        ('{"format":"kabo-plan/2","nodes":{}}', "the state of a run is needed here, this is a plan"),
     ):
         file.write_text(wrong)
         with pytest.raises(InputError, match=text):
@@ -230,6 +238,11 @@ def test_a_goal_that_is_out_of_reach_after_what_was_done_is_told_with_a_proof(tm
         (lambda o: {"o1": replace(o["o1"], position=(float("nan"), 0.0, 0.0))}, "the pose of o1 has a number"),
         (lambda o: {"o1": replace(o["o1"], quaternion=(0.0, 0.0, 0.0, 2.0))}, "the quaternion of o1 has not"),
         (lambda o: {"o1": replace(o["o1"], parent="mobile.hnd")}, "no body or link mobile.hnd"),
+        (
+            lambda o: {"o1": replace(o["o1"], position=(1e308, 0.0, 0.0))},
+            "o1 reaches 1e[+]308 m from the world's origin",
+        ),
+        (lambda o: {"o1": replace(o["o1"], parent="o2", position=(0.0, 0.0, 499.9999))}, "o1 reaches 500.1 m"),
         (None, "arm_joint_2 of mobile is at 50, outside its limits"),
     ],
 )
@@ -245,6 +258,62 @@ def test_states_that_cannot_be_are_refused_by_name(change, text) -> None:  # typ
         start = replace(start, objects={**start.objects, **change(start.objects)})
     with pytest.raises(InputError, match=text):
         kabo.solve(problem, start=State((), start))
+
+
+def test_a_state_says_where_everything_is() -> None:
+    """What is left out was not seen: it need not be where the problem has it."""
+    problem = kabo.load_problem(DOMAINS / "stacked" / "n2.yaml")
+    scene = kabo.load_scene(DOMAINS / "stacked" / "n2.yaml")
+    start = whole_state(scene, {**scene.start.robots, **scene.start.objects})
+    joints = start.robots["mobile"]
+    faults = {
+        "where o2 is": replace(start, objects={"o1": start.objects["o1"]}),
+        "where robot mobile is": replace(start, robots={}),
+        "where arm_joint_2 of mobile is": replace(
+            start, robots={"mobile": {name: value for name, value in joints.items() if name != "arm_joint_2"}}
+        ),
+    }
+    for text, geometry in faults.items():
+        with pytest.raises(InputError, match=f"the state does not say {text}"):
+            kabo.solve(problem, start=State((), geometry))
+    plan = kabo.solve(problem, geometry="none").plan
+    assert plan is not None
+    state = kabo.after(problem, plan, [(plan.root, None)])
+    with pytest.raises(InputError, match="not where robots and objects are: it has no geometry"):
+        kabo.solve(problem, start=state)
+    assert kabo.solve(problem, start=state, geometry="none").plan is not None
+
+
+def test_robots_and_objects_that_a_plan_does_not_have_are_not_put_anywhere() -> None:
+    problem = kabo.load_problem(DOMAINS / "stacked" / "n2.yaml")
+    scene = kabo.load_scene(DOMAINS / "stacked" / "n2.yaml")
+    plan = kabo.solve(problem, geometry="none").plan
+    assert plan is not None
+    with pytest.raises(InputError, match="the plan has no movable object o1"):
+        kabo.after(problem, plan, objects={"o1": whole_state(scene, scene.start.objects).objects["o1"]})
+    plan = replace(plan, start=whole_state(scene, {**scene.start.robots, **scene.start.objects}))
+    with pytest.raises(InputError, match="the plan has no robot mobil\n.*mobile") as found:
+        kabo.after(problem, plan, robots={"mobil": {"arm_joint_2": 0.1}})
+    assert len(found.value.diagnostics) == 1
+    with pytest.raises(InputError, match="the plan has no joint of mobile arm_joint_9"):
+        kabo.after(problem, plan, robots={"mobile": {"arm_joint_9": 0.1}})
+
+
+def test_what_a_hand_holds_is_not_said_to_hang_in_the_air_or_to_overlap_its_fingers(tmp_path: Path) -> None:
+    things = {"cube": (0.2, 0.0, 0.02), "second": (-0.2, 0.3, 0.02)}
+    goal = "K(at(cube, shelf)) and K(at(second, shelf))"
+    problem = gantry_problem(tmp_path, things=things, goal=goal)
+    plan = kabo.solve(problem).plan
+    assert plan is not None
+    state = kabo.after(problem, plan, [(plan.root, None)])
+    assert state.geometry is not None
+    (held,) = (name for name, own in state.geometry.objects.items() if own.parent == "gantry.hand")
+    (other,) = things.keys() - {held}
+    gone = replace(state.geometry.objects[other], position=(5.0, 0.0, 0.02))
+    found = kabo.solve(problem, start=kabo.after(problem, plan, [(plan.root, None)], objects={other: gone}))
+    assert found.status == "no_plan" and found.reason is not None
+    assert f"{other} hangs in the air at the start: nothing is below it" in found.reason.details
+    assert not any(text.startswith(f"{held} ") or f"and {held} " in text for text in found.reason.details)
 
 
 def test_only_worlds_count_that_agree_with_what_was_observed() -> None:

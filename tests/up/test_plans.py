@@ -153,6 +153,34 @@ def test_a_plan_that_branches_later_than_it_senses_becomes_a_tree_that_branches_
     assert not failures(translation.original, tree)
 
 
+def test_a_fact_that_is_seen_with_another_one_may_be_branched_on_later():
+    """The plan branches on `a` where both are seen, and on `b` behind that."""
+    from unified_planning.model import SensingAction
+    from unified_planning.shortcuts import And, Fluent, Iff, InstantaneousAction, Not
+
+    problem = ContingentProblem("two signals")
+    a, b, equal = Fluent("a"), Fluent("b"), Fluent("equal")
+    for fluent in (a, b, equal):
+        problem.add_fluent(fluent, default_initial_value=False)
+    problem.add_unknown_initial_constraint(a())
+    problem.add_unknown_initial_constraint(b())
+    see, flip, tell = SensingAction("see"), InstantaneousAction("flip"), InstantaneousAction("tell")
+    see.add_observed_fluents([a(), b()])
+    flip.add_precondition(Not(Iff(a, b)))
+    flip.add_effect(a, Not(a))
+    tell.add_precondition(Iff(a, b))
+    tell.add_effect(equal, True)
+    problem.add_actions([see, flip, tell])
+    problem.add_goal(And(equal, Iff(a, b)))
+    translation = kabo.up.problem_from_up(problem)
+    plan = kabo.solve(translation.problem).plan
+    assert plan is not None and plan.nodes[plan.root].on == "a"
+    tree = kabo.up.plan_to_up(plan, translation)
+    assert {("see()", "tell()"), ("see()", "flip()", "tell()")} <= actions_in(tree)
+    assert not failures(problem, tree)
+    assert kabo.verify(translation.problem, kabo.up.plan_from_up(tree, translation)).ok
+
+
 def late_branching():
     from unified_planning.model import InstantaneousAction
 

@@ -1,5 +1,6 @@
 """What is wrong with a scene at its start: objects that overlap, stand inside others, are too near, or hang in the air.
 
+Objects that a robot holds, as in the state of a run, hang in its hand, and may touch it.
 What a robot may grasp is examined, and of other movable objects whether they overlap something; what is fixed may
 overlap by intention, as walls do. The original meshes decide, through python-fcl; the convex parts of two things
 are asked only where these are less than epsilon apart.
@@ -116,6 +117,9 @@ class _Start:
             found = ((link, part.mesh) for link, part in robot.links.items() if part.mesh is not None)
             bodies |= {f"{name}.{link}": (mesh, poses[link]) for link, mesh in found if mesh is not None}
         self.things = [_Thing.at(name, mesh, pose) for name, (mesh, pose) in bodies.items() if len(mesh.faces)]
+        situation = Situation.of(state)
+        roots = {name: situation.held(name).parent.partition(".") for name in state.objects}
+        self.holders = {name: robot for name, (robot, dot, _) in roots.items() if dot}
         movable = [body for body in self.scene.bodies.values() if body.movable]
         self.graspable = {body.name for body in movable if body.grasps}
         self.others = {body.name for body in movable if not body.grasps}
@@ -131,7 +135,11 @@ class _Start:
                 fault for other in self.things if (fault := self._pair(own, other, carried, done)) is not None
             ]
             hanging: list[StartFault] = []
-            if not carried and not any(fault.kind in ("overlap", "inside") for fault in pairs):
+            if (
+                not carried
+                and own.name not in self.holders
+                and not any(fault.kind in ("overlap", "inside") for fault in pairs)
+            ):
                 hanging = list(self._unsupported(own))
             above = {fault.things for fault in hanging}
             yield from (fault for fault in pairs if fault.things not in above)
@@ -158,6 +166,7 @@ class _Start:
             own is other
             or pair in done
             or other.name in carried
+            or self._touches_hand(own.name, other.name)
             or self.surroundings.never_collide(own.name, other.name)
         ):
             return None
@@ -177,6 +186,12 @@ class _Start:
             hint = "place them farther apart, or give a smaller epsilon"
             return StartFault("near", (own.name, other.name), said, hint, apart, proven=False)
         return None
+
+    def _touches_hand(self, name: str, link: str) -> bool:
+        """Whether an object is held by a robot, and the link is one of those with which this robot grasps."""
+        holder = self.holders.get(name)
+        gripper = None if holder is None else self.scene.robots[holder].gripper
+        return gripper is not None and link in gripper.touch_links
 
     def _overlap(self, own: _Thing, other: _Thing) -> StartFault | None:
         """Two things that share points, more than at a contact: how deep, and whether one stands inside the other."""

@@ -10,6 +10,7 @@ from time import perf_counter
 
 import numpy as np
 
+from kabo.errors import Diagnostic, InputError
 from kabo.geometry_server import (
     GeometryServer,
     Measure,
@@ -49,11 +50,16 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
 
     Raises:
         CutOff: time or memory was spent before the scene was loaded and prepared.
-        InputError: the scene does not load, or has meshes that cannot be enclosed.
+        InputError: the scene does not load, or has meshes that cannot be enclosed; or steps were done, and the state in
+            which the plan begins does not say where they have left everything.
     """
     began = perf_counter()
     if run.problem.scene is None:
         raise ValueError("only a problem with a scene has geometry")
+    if run.start is not None and run.start.done and run.start.geometry is None:
+        text = "the state says what was done, and not where robots and objects are: it has no geometry"
+        remedy = "plan and carry out with geometry; or solve with geometry none"
+        raise InputError([Diagnostic("state", 1, 1, text, remedy)])
     memo = run.memo
     known = None if memo is None else memo.scene
     loaded, notes = _SCENES.scene(run.problem.scene, run.stop.look) if known is None else (known, set[Hashable]())

@@ -150,11 +150,14 @@ def known_solutions(report: "TaskReport | str | Path | None", scene: Path | None
         scene: the scene of a report's file; None: as it names it, from here or from its own folder.
 
     Raises:
-        InputError: the file is no report, or its scene is not there.
+        InputError: it is neither a report nor a file, the file is no report, or its scene is not there.
         ValueError: the report is of a task without robots.
     """
     if report is None:
         return None
+    if not isinstance(report, TaskReport | str | Path):
+        what = f"solutions at hand are those of a report, not of a {type(report).__name__}"
+        raise InputError([Diagnostic("from_", 1, 1, what, "give what kabo.plan_task has returned, or its file")])
     if isinstance(report, TaskReport):
         if report.scene is None:
             raise ValueError("only motions of robots are tried again, and the report has none")

@@ -1,10 +1,12 @@
 """Solutions at hand, tried first in the scene that was observed: each piece is proven anew, or the solution is left out.
 
-Motions are kept as they are: so the things that they touch must be where they were. What else stands around may have
-changed; it is what the motions are proven against.
+Motions are kept as they are: so the task must be the same, and what they touch, or what the task names, must be where it
+was. What else stands around may have changed; it is what the motions are proven against.
 """
 
-from collections.abc import Iterator, Sequence
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, Literal
@@ -15,11 +17,12 @@ from kabo.arrays import Array
 from kabo.geometry_server import Refusal, extra
 from kabo.language.scene_description import Shape
 from kabo.motion import Trajectory, path_deviations
-from kabo.scene import Scene, world_T
+from kabo.scene import Region, Scene, world_T
 from kabo.tasks.core import Solution, Stage, Task
 from kabo.tasks.core.model.solutions import State
 from kabo.tasks.files.motions import state_in
-from kabo.tasks.files.report_form import AddedBody, ChangeReport, MotionReport, Report, SegmentReport
+from kabo.tasks.files.report_form import AddedBody, ChangeReport, MotionReport, Report, SegmentReport, StageReport
+from kabo.tasks.files.reports import stage_reports
 from kabo.tasks.robots import Stretch, TaskScene
 from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.motion.keeping import kept, not_kept
@@ -27,6 +30,8 @@ from kabo.tasks.robots.motion.parts import KEPT_DEVIATION
 from kabo.tasks.robots.scenes import stretch
 from kabo.tasks.robots.timed_paths import TimedPath
 
+EFFORT = ("attempt_timeout", "max_ik_solutions")  # properties of stages that do not change what a solution is
+_ADDRESS = re.compile(r" at 0x[0-9a-f]+")  # in the text of a function, which is another one in each process
 SAME_PLACE, SAME_TURN = 1e-6, 1e-6  # m or rad: things that differ by less are where they were
 
 
@@ -149,19 +154,95 @@ def replayed(task: Task, motion: MotionReport, planned: Scene, first: TaskScene)
     return Solution(task, start, end, 0.0, "as before", parts=tuple(replay.parts))
 
 
-def adopted(task: Task, report: Report, planned: Scene, first: TaskScene) -> Iterator[str]:
-    """Adds the solutions of a report that hold in the scene that was observed to the task; yields why others do not."""
+def adopted(
+    task: Task, report: Report, planned: Scene, first: TaskScene, wanted: int | None = None
+) -> Iterator[str]:
+    """Adds the solutions of a report that hold in the scene that was observed to the task; yields why others do not.
+
+    Args:
+        task: the task.
+        report: what was found before, in the scene `planned`.
+        planned: the scene in which it was found.
+        first: the scene that was observed.
+        wanted: the number of solutions after which it ends; None: all are tried.
+    """
+    fault, found = _other_task(task, report) or _moved_thing(task, planned, first), 0
     for run in report["runs"]:
         for number, whole in enumerate(run["solutions"], 1):
-            if "motion" not in whole:
+            if "motion" not in whole or (wanted is not None and found >= wanted):
                 continue
             try:
+                if fault is not None:
+                    raise NotAgainError(fault)
                 solution = replayed(task, whole["motion"], planned, first)
             except NotAgainError as error:
                 yield f"solution {number} with seed {run['seed']}: {error}"
                 continue
             solution.cost = whole["cost"]
-            task.adopt(solution, first)
+            found += task.adopt(solution, first)
+
+
+def _other_task(task: Task, report: Report) -> str | None:
+    """How the task of a report differs from this one, at the first stage where it does; None if it is the same."""
+    before = [_comparable(each) for each in report["stages"]]
+    now = [_comparable(each) for each in stage_reports(task, {})]
+    for (kind, path, old), (other_kind, other_path, new) in zip(before, now, strict=False):
+        if (kind, path) != (other_kind, other_path):
+            return f"it is of another task, in which {path} is where {other_path} is now"
+        for name in sorted(old.keys() | new.keys()):
+            if old.get(name) != new.get(name):
+                return f"{name} of {path} was {_shown(old, name)}, and is {_shown(new, name)} now"
+    return None if len(before) == len(now) else "it is of another task, which has not the same stages"
+
+
+def _comparable(stage: StageReport) -> tuple[str, str, dict[str, str]]:
+    """The kind of a stage, its path, and as text the properties on which its solutions depend."""
+    texts = {name: json.dumps(value, ensure_ascii=False) for name, value in stage["properties"].items()}
+    given = {name: _ADDRESS.sub("", text) for name, text in texts.items() if name not in EFFORT}
+    return stage["type"], stage["path"], given
+
+
+def _shown(properties: Mapping[str, str], name: str) -> str:
+    return properties[name].strip('"') if name in properties else "not given"
+
+
+def _moved_thing(task: Task, planned: Scene, first: TaskScene) -> str | None:
+    """What a task names and has changed in the observed scene: a body, a region, a configuration; None if nothing has."""
+    now = first.context.scene
+    names = {name for stage in task.walk() for value in stage.properties.given.values() for name in _texts(value)}
+    for name in sorted(names):
+        if name in planned.regions and not _same_region(planned.regions[name], now.regions.get(name)):
+            return f"the region {name} is elsewhere"
+        if name in planned.bodies and not planned.bodies[name].movable:
+            here = now.bodies.get(name)
+            if here is None or not _same(world_T(planned, planned.start, name), world_T(now, now.start, name)):
+                return f"{name} is elsewhere"
+        for robot in (each for each in planned.robots if each in now.robots):
+            before, after = (scene.robots[robot].configurations.get(name) for scene in (planned, now))
+            if before is not None and before != after:
+                return f"the configuration {name} of {robot} is another one"
+    return None
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        for inner in value.values():
+            yield from _texts(inner)
+    elif isinstance(value, list | tuple):
+        for inner in value:
+            yield from _texts(inner)
+
+
+def _same_region(before: Region, now: Region | None) -> bool:
+    if (
+        now is None
+        or before.normals.shape != now.normals.shape
+        or not _same(before.world_T_region, now.world_T_region)
+    ):
+        return False
+    return bool(np.allclose(before.normals, now.normals) and np.allclose(before.offsets, now.offsets))
 
 
 def _begun(motion: MotionReport, planned: Scene, first: TaskScene) -> TaskScene:

@@ -66,7 +66,7 @@ def report(
         "task": task.name,
         "file": file,
         "arguments": {name: plain(value) for name, value in (arguments or {}).items()},
-        "stages": [_structure(stage, path, task.directions) for path, stage in named_stages(task)],
+        "stages": stage_reports(task, task.directions),
         "runs": [_run(run, scene) for run in runs],
     }
     if scene_file is not None:
@@ -103,8 +103,13 @@ def structure(file: TaskFile, task: Task, flows: Mapping[Stage, Flow]) -> dict[s
         "properties": inputs,
         "max_solutions": file.max_solutions,
         "timeout": file.timeout,
-        "stages": [_structure(stage, path, flows) for path, stage in named_stages(task)],
+        "stages": stage_reports(task, flows),
     }
+
+
+def stage_reports(task: Task, flows: Mapping[Stage, Flow]) -> list[StageReport]:
+    """The structure of a task: its stages with their properties as they were given, the task first."""
+    return [_structure(stage, path, flows) for path, stage in named_stages(task)]
 
 
 def _structure(stage: Stage, path: str, flows: Mapping[Stage, Flow]) -> StageReport:

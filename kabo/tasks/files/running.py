@@ -123,7 +123,8 @@ def _run(
         if settings.known is not None and scene is not None:
             from kabo.tasks.files.replaying import adopted  # as above
 
-            left_out += adopted(task, settings.known.report, settings.known.scene, first)
+            known = settings.known
+            left_out += adopted(task, known.report, known.scene, first, settings.max_solutions)
             found += [(perf_counter() - began, each.cost) for each in task.solutions]
         with phase("planning", settings.max_solutions, "solutions", log=_LOG) as step:
             while settings.max_solutions is None or len(found) < settings.max_solutions:

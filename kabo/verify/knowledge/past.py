@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from kabo.plan import Node, Plan, State
+from kabo.plan import Node, Plan, State, StateChange
 from kabo.plan.writing import rounded_state
 from kabo.verify.report import Finding
 
@@ -35,7 +35,14 @@ def begins_elsewhere(plan: Plan, start: State | None) -> Iterator[Finding]:
     if plan.done != start.done:
         yield Finding(None, "what was done before the plan begins is not what was done in the run")
     if plan.start is not None and (start.geometry is None or plan.start != rounded_state(start.geometry)):
-        yield Finding(None, "start: something is not where it is in the run")
+        run = {} if start.geometry is None else _things(rounded_state(start.geometry))
+        first = min((name for name, own in _things(plan.start).items() if run.get(name) != own), default="a thing")
+        yield Finding(None, f"start: {first} is not where it is in the run")
+
+
+def _things(state: StateChange) -> dict[str, object]:
+    """What a state says where it is: robots and objects by name."""
+    return {**state.robots, **state.objects}
 
 
 def told_of_past(plan: Plan, start: State | None) -> Iterator[str]:

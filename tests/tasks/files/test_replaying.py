@@ -10,6 +10,7 @@ from kabo.tasks import TaskReport
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 EXAMPLE = EXAMPLES / "pick_and_place"
 TASK = EXAMPLE / "task.yaml"
+CANS = EXAMPLES / "two_cans" / "scene.yaml"
 
 
 def observed(folder: Path, more: str = "", **changes: str) -> Path:
@@ -79,6 +80,11 @@ def test_a_saved_report_will_do(before: TaskReport, tmp_path: Path) -> None:
     assert calls(again) == 0 and motions(again)[0] == motions(before)[0]
 
 
+def test_a_plan_is_no_report_of_solutions_at_hand(before: TaskReport) -> None:
+    with pytest.raises(kabo.InputError, match="from_:1:1: solutions at hand are those of a report, not of a Plan"):
+        kabo.plan_task(TASK, EXAMPLE / "scene.yaml", from_=kabo.task_plan(before, certificate=False))  # type: ignore[arg-type]
+
+
 def test_padding_and_pouring_are_replayed_as_well() -> None:
     for name in ("retract_transit_approach", "bottle_pouring"):
         folder = EXAMPLES / name
@@ -90,3 +96,62 @@ def test_padding_and_pouring_are_replayed_as_well() -> None:
             for report in (first, again)
         ]
         assert changes[0] == changes[1]
+
+
+def test_solutions_of_other_arguments_are_left_out(before: TaskReport) -> None:
+    given = {"destination": {"position": [0.62, -0.2, 0.125]}}
+    again = kabo.plan_task(TASK, EXAMPLE / "scene.yaml", given, timeout=0, from_=before)
+    assert len(again.runs[0].left_out) == 2 and not again.solutions
+    assert all("destination of pick and place was {" in why for why in again.runs[0].left_out)
+    given = {"destination": {"position": [0.6, -0.15, 0.125]}, "surface": "table"}  # as by default
+    again = kabo.plan_task(TASK, EXAMPLE / "scene.yaml", given, max_solutions=1, from_=before)
+    assert calls(again) == 0 and len(again.solutions) == 1
+
+
+def test_solutions_of_another_task_are_left_out(before: TaskReport, tmp_path: Path) -> None:
+    text = TASK.read_text()
+    for old, new, reason in (
+        ("name: pick and place", "name: bring", "another task, in which pick and place is where bring is now"),
+        ("  - {name: go home, stage: MoveTo, goal: home}", "", "another task, which has not the same stages"),
+        (
+            "goal: home",
+            "goal: [0, 0, 0, 0, 0, 0, 0]",
+            "goal of go home was home, and is [0, 0, 0, 0, 0, 0, 0] now",
+        ),
+        ("family: side", "", "family of pick/grasp pose IK/grasp pose was side, and is not given now"),
+    ):
+        assert old in text
+        (tmp_path / "task.yaml").write_text(text.replace(old, new))
+        again = kabo.plan_task(tmp_path / "task.yaml", EXAMPLE / "scene.yaml", timeout=0, from_=before)
+        assert len(again.runs[0].left_out) == 2 and all(reason in why for why in again.runs[0].left_out)
+    (tmp_path / "task.yaml").write_text(text.replace("max_ik_solutions: 8", "max_ik_solutions: 9"))
+    again = kabo.plan_task(tmp_path / "task.yaml", EXAMPLE / "scene.yaml", max_solutions=1, from_=before)
+    assert calls(again) == 0 and len(again.solutions) == 1 and not again.runs[0].left_out
+
+
+def test_what_a_task_names_must_be_as_it_was(before: TaskReport, tmp_path: Path) -> None:
+    home = ("home: [0, -30 deg", "park: [0, 0, 0, 0, 0, 0, 0]\n      home: [0, -30 deg")
+    task = tmp_path / "task.yaml"
+    task.write_text(TASK.read_text().replace("goal: home", "goal: park"))
+    scene = observed(tmp_path, home=home)
+    first = kabo.plan_task(task, scene, max_solutions=1)
+    assert first.solutions and kabo.plan_task(task, scene, max_solutions=1, from_=first).runs[0].left_out == ()
+    scene = observed(tmp_path, home=home, park=("park: [0,", "park: [0.1,"))
+    again = kabo.plan_task(task, scene, timeout=0, from_=first)
+    assert "the configuration park of arm is another one" in again.runs[0].left_out[0]
+
+
+def test_a_region_that_a_task_names_must_be_where_it_was(tmp_path: Path) -> None:
+    task = tmp_path / "task.yaml"
+    task.write_text(
+        "name: bring\nproperties: {robot: {type: robot, default: arm}}\nstages:\n"
+        "  - {name: now, stage: CurrentState}\n  - {name: take, stage: pick, object: can_1}\n"
+        "  - {name: put, stage: place, object: can_1, region: bin}\n"
+    )
+    text = CANS.read_text()
+    first = kabo.plan_task(task, CANS, max_solutions=1)
+    moved = "bin: {box: [0.25, 0.25, 0.2], pose: {frame: tray, position: [0"
+    assert first.solutions and moved in text
+    (tmp_path / "scene.yaml").write_text(text.replace(moved, moved + ".001"))
+    again = kabo.plan_task(task, tmp_path / "scene.yaml", timeout=0, from_=first)
+    assert again.runs[0].left_out == ("solution 1 with seed 0: the region bin is elsewhere",)

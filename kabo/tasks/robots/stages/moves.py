@@ -28,7 +28,9 @@ class MoveTo(RobotStage, Propagator):
     """Moves the arm or the gripper to a goal.
 
     `goal`: the name of a configuration, `open` or `closed`, {joint: value}, a list of joint values, or {pose: …} or
-    {point: [x, y, z]} for the frame `of`. Backward, the motion comes from there.
+    {point: [x, y, z]} for the frame `of`. Backward, the motion comes from there. An arm whose next motion follows at
+    once does not stop at the goal, and passes it within 0.2 rad (L2 over the joints), or what `Reparameterise` permits;
+    a `straight` motion stops at both ends.
     """
 
     MOVES = ("robot",)
@@ -111,7 +113,9 @@ class MoveTo(RobotStage, Propagator):
         if group == "gripper":
             return grip(scene, name, goal)
         planner = TOOL_LINE if properties["straight"] else properties["planner"]
-        return arm_moved(scene, name, goal, self.name, properties["keep"], planner, properties["attempt_timeout"])
+        found = arm_moved(scene, name, goal, self.name, properties["keep"], planner, properties["attempt_timeout"])
+        # Rounded where it begins and ends, it would be no line, and miss its goal.
+        return replace(found, exact=True) if properties["straight"] and isinstance(found, Stretch) else found
 
     def _goals(self, scene: TaskScene, properties: Values) -> Any:
         name, goal = properties["robot"], properties["goal"]

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kabo.geometry_server import Refusal, candidate, tool_frame
+from kabo.geometry_server import LINE_DEVIATION, Refusal, candidate, tool_frame
+from kabo.motion import Trajectory
 from kabo.scene import load_scene
 from kabo.tasks.core import Result, Task
 from kabo.tasks.files import load_task_file
 from kabo.tasks.files.first_scenes import first_scene
+from kabo.tasks.files.motions import motion_of
 from kabo.tasks.robots import Connect, CurrentState, FixedState, MoveTo, Stretch, TaskScene
 from kabo.tasks.robots.motion.planners import planned_way, tool_line
 
@@ -70,6 +72,37 @@ def test_a_pose_is_reached_straight_and_the_end_is_the_pose():
     assert end[:3, 3] == pytest.approx(point, abs=1e-5)
     assert end[:3, :3] == pytest.approx(start[:3, :3], abs=1e-4)
     assert here.workspace("arm").path_hit(made.path) is None
+
+
+def test_a_straight_motion_is_timed_so_that_the_tool_keeps_its_line_and_comes_to_its_goal():
+    """Between two other motions no corner of it is rounded: neither the line's ends, nor those of its pieces."""
+    here = scene()
+    robot, frame = here.robot("arm"), tool_frame(here.robot("arm"))
+    first = candidate(robot, here.configuration("arm")).pose(frame)[:3, 3]
+    goal, joint = (first + (0.05, 0.15, -0.1)).tolist(), robot.planned_joints[0]
+    task = Task(
+        "t",
+        CurrentState("now"),
+        MoveTo("aside", goal={joint: 0.3}, robot="arm"),
+        MoveTo("line", goal={"point": goal}, straight=True, robot="arm"),
+        MoveTo("back", goal={joint: -0.3}, robot="arm"),
+    )
+    (found,) = task.plan(here, 1)
+    motion = motion_of(found, here.context.scene)
+    assert motion is not None
+    line = next(each for each in motion["segments"] if each["stage"] == "line")
+    pieces = tuple(tuple(map(tuple, piece)) for piece in line["trajectory"]["coefficients"])
+    times, rows = tuple(line["trajectory"]["times"]), tuple(map(tuple, line["waypoints"]))
+    timed = Trajectory(tuple(line["joints"]), rows, times, pieces, line["trajectory"]["deviation"])
+    hand = here.configuration("arm")[robot.planned :]
+    tools = [
+        candidate(robot, np.concatenate([timed.at(time), hand])).pose(frame)[:3, 3]
+        for time in np.linspace(times[0], times[-1], 200)
+    ]
+    along = (tools[-1] - tools[0]) / np.linalg.norm(tools[-1] - tools[0])
+    off = [float(np.linalg.norm(each - tools[0] - along * (along @ (each - tools[0])))) for each in tools]
+    assert tools[-1] == pytest.approx(goal, abs=1e-5)
+    assert max(off) < LINE_DEVIATION + 1e-3  # the joints pass by way points of the line within 1 mrad
 
 
 def test_straight_for_the_hand_is_a_fault():
