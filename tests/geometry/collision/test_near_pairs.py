@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from kabo.geometry import Enclosure
 from kabo.geometry.collision.near_pairs import NearPairs
 from kabo.geometry.collision.separation_proofs import Course, PlacedBody, Prover, ordered
 from kabo.scene.transforms import flat, transform
 from tests.geometry.collision.test_separation_proofs import CLEARANCE, CUBE, slide
+from tests.support.oracles import coal_distance, healthy_hull
 
 FAR = 1.0
 
@@ -64,3 +67,31 @@ def test_where_bodies_come_nearest_on_a_long_way_is_not_passed_over(bend):
     measured = near_pairs([], waypoints=np.stack([heights, np.zeros(400)], axis=1), above=(0.2, 0.0, 0.1))
     pair = measured.next()
     assert pair is not None and away - 1e-9 <= measured.distance(pair) <= 1.03 * (away + 2 * rise)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, 2000))
+def test_along_a_random_way_the_least_distance_is_found_wherever_it_is(seed, pieces):
+    random = np.random.default_rng(seed)
+    knots = np.unique(random.integers(0, pieces + 1, 8))  # the cube comes near at each second one, and turns back
+    peaks = np.where(np.arange(len(knots)) % 2 == 0, random.uniform(-0.4, -0.1, len(knots)), -1.0)
+    heights = np.interp(np.arange(pieces + 1.0), knots, peaks)
+    angles = np.interp(np.arange(pieces + 1.0), knots, random.uniform(-0.5, 0.5, len(knots)))
+    waypoints = np.stack([heights, angles], axis=1)
+    measured = near_pairs([], waypoints=waypoints, above=(0.2, 0.0, 0.1))
+    cube = healthy_hull(CUBE)
+    true = min(coal_distance(cube, carried(*at), cube, transform((0.2, 0.0, 0.1))) for at in waypoints)
+    pair = measured.next()
+    if pair is None:
+        assert true >= FAR or np.ptp(waypoints, axis=0).max() == 0.0
+        return
+    # Way points are looked at, or places between them, at most four pieces apart: that far the cube comes unseen.
+    unseen = 2 * np.linalg.norm(np.diff(waypoints, axis=0) * (1.0, 0.3), axis=1).max()
+    assert 0.97 * true - 1e-9 <= measured.distance(pair) <= 1.03 * (true + unseen)
+
+
+def carried(height: float, angle: float) -> np.ndarray:
+    """The pose of the cube that slides and turns."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    pose = transform((0.2 * cosine, 0.2 * sine, height))
+    pose[:2, :2] = [[cosine, -sine], [sine, cosine]]
+    return pose
