@@ -1,6 +1,6 @@
 """Warming up: loads and compiles in a worker, before its first job, whatever requests would otherwise wait for.
 
-A worker solves two problems that are shipped with kabo, which loads all packages, libraries and geometric kernels.
+A worker solves problems that are shipped with kabo, which loads all packages, libraries and geometric kernels.
 The kernels for large symbolic searches are called once separately.
 """
 
@@ -30,6 +30,9 @@ from kabo.requests import solve_file
 PROBLEMS = (
     Path("doors", "n3.yaml"),  # branches on what is sensed
     Path("stacked", "n2.yaml"),  # two blocks, a robot of meshes, tasks that pick and place
+    Path("assembly", "gearbox.yaml"),  # two arms, which draw configurations, and bodies near each other
+    Path("force_sensing", "n1.yaml"),  # an arm that keeps a cup upright
+    Path("bartender", "four_bottles.yaml"),  # an arm whose inverse kinematics has a closed form
 )
 _LIGHTS = FiniteTask(
     (StateVariable("first light", 2), StateVariable("second light", 2)),

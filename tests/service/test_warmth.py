@@ -13,6 +13,7 @@ from kabo.service import Client, client_config
 from tests.service.conftest import REPOSITORY, STUB, free_endpoint
 from tests.service.test_server import ask
 
+ARMS = ("circular_rearrange/n3.yaml", "force_sensing/n2.yaml")
 WARMTH = """
 import json, sys
 from pathlib import Path
@@ -84,8 +85,8 @@ def test_workers_that_die_in_every_start_are_told_instead_of_a_server(monkeypatc
     assert done.returncode != 0 and "died 8 times while it started" in done.stderr and not done.stdout
 
 
-def test_after_warming_up_small_problems_load_and_compile_nothing():
-    problems = [str(REPOSITORY / "domains" / name) for name in ("stacked/n3.yaml", "doors/n3.yaml")]
+def test_after_warming_up_small_problems_and_those_of_arms_load_and_compile_nothing():
+    problems = [str(REPOSITORY / "domains" / name) for name in ("stacked/n3.yaml", "doors/n3.yaml", *ARMS)]
     done = subprocess.run(
         [sys.executable, "-c", WARMTH, *problems], capture_output=True, text=True, check=True, timeout=600
     )
