@@ -208,7 +208,7 @@ def test_without_the_extra_a_trial_can_be_told(discs):
 
 def test_a_trial_without_an_end_is_cut_off_at_the_time_limit_and_all_before_it_is_kept(discs):
     make_endless(discs)
-    said = done(discs, *RUN, "--trials", 60, "--timeout", 3, "--json")
+    said = done(discs, *RUN, "--trials", 60, "--timeout", 8, "--json")
     assert said.returncode == 4 and "cut off while trying (time exhausted)" in said.stderr
     kept = load_exploration(discs / "m.jsonl").trials
     answer = json.loads(said.stdout)

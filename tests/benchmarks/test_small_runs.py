@@ -34,7 +34,7 @@ RUNS = (
     "motion_law --motions 1 --rounds 1 --output out.json",
     "motion --only stacked/n2 --not n20 --rounds 1 --quality fast --output out.json",
     "promises --only start-up bartender --seeds 1 --verify 1 --starts 1 --output out.json",
-    "quality --only force_sensing --seeds 1 --output out.json",
+    "quality --only stacked/n5 --seeds 1 --output out.json",
     "robots ready --only Panda --output out.json",
     "robots epsilon --only ASSEMBLY --epsilon 0.01 --output out.json",
     "sampling --samples 200 --peers 2 --rounds 1 --output out.json",
@@ -44,7 +44,7 @@ RUNS = (
     "tasks reparameterisation stack --robots generated --seeds 1 --runs 1 --output out",
     "tasks pouring --robots generated --pourings 1 --limit 2 --output out",
     "tasks_workers --small --output out",
-    "thesis --only bartender --trials 1 --seconds 20 --output out.json",
+    "thesis --only bartender --trials 1 --seconds 8 --output out.json",
     "tuning --only MAX_SEEDS --output out.json",
     "verification --cases stacked --colliding 1 --seconds 20 --output out.json",
 )
