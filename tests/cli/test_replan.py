@@ -51,7 +51,8 @@ def test_states_that_do_not_fit_are_refused_with_what_is_wrong(
     command = ["replan", str(DOORS), str(plan), "-o", str(tmp_path / "rest.json"), "--after"]
     body = json.loads(stopped.read_text())
     for change, text in (
-        ({"format": "kabo-plan/2"}, "of another version, or no state"),
+        ({"format": "kabo-state/2"}, "of another version, or no state"),
+        ({"format": "kabo-plan/2"}, "the state of a run is needed here, this is a plan"),
         ({"done": [{"action": "fly", "arguments": {}}]}, "fly() is no action that matters"),
         ({"done": [*body["done"], {"on": "open(moon)", "outcome": "true"}]}, "nothing that can be observed"),
         ({"dome": []}, 'unknown key "dome"'),
