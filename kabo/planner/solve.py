@@ -194,8 +194,7 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     run.refusals = lambda: refused_so_far(server)
     if run.on_procedures is not None:
         run.on_procedures(server)
-    if run.on_refused is not None:
-        run.stop.cancelled = Telling(run, task, server, run.on_refused, run.cancelled)
+    run.stop.cancelled = Telling(run, task, server)
     with ProcedureWorkers(server, run.workers, run.stop) as workers:
         rounds = GeometricRounds(run, task, server, workers.expect)
         found = planned(run, task, rounds)

@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import time
+from itertools import count
 from pathlib import Path
 
 import jsonschema
@@ -18,6 +19,7 @@ from kabo.cli.waiting.watch import limited
 from kabo.explain.explain import Explanation, explain, explanation_to_json
 from kabo.language import load_problem
 from kabo.plan import schema
+from kabo.planner.solve import solve
 from tests.planner.gantry import gantry
 
 SCHEMA = schema("kabo-explain-1")
@@ -74,6 +76,16 @@ def test_what_the_start_shows_is_kept_from_the_first_moment(tmp_path: Path) -> N
     found = interrupted(gantry(tmp_path, walls=LID, things=HANGING), "hangs in the air")
     assert any("cube hangs in the air at the start: 50 mm above table" in said for said in found.start)
     assert "looking for motions" in found.unfinished
+
+
+def test_a_solve_that_is_out_of_time_says_what_the_start_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("kabo.planner.telling.LOOKED_AFTER_S", 0.0)
+    asked = count()
+    found = solve(load_problem(gantry(tmp_path, walls=LID, things=HANGING)), cancelled=lambda: next(asked) > 100)
+    assert found.status == "exhausted" and found.reason is not None
+    assert found.reason.details[0] == "cube hangs in the air at the start: 50 mm above table"
 
 
 def test_changes_that_were_not_tried_are_named(tmp_path: Path) -> None:
