@@ -11,6 +11,10 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 TESTS = Path(__file__).parent
+
+# Every process that a test starts runs this kabo: one that is installed beside it would have its kernels to compile.
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(TESTS.parent), os.environ.get("PYTHONPATH", "")]))
+
 QUICK = (
     "finite_domain",
     "knowledge",
