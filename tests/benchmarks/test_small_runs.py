@@ -34,7 +34,7 @@ RUNS = (
     "motion_law --motions 1 --rounds 1 --output out.json",
     "motion --only stacked/n2 --not n20 --rounds 1 --quality fast --output out.json",
     "promises --only start-up bartender --seeds 1 --verify 1 --starts 1 --output out.json",
-    "quality --only stacked/n5 --seeds 1 --output out.json",
+    "quality --only force_sensing --seeds 1 --output out.json",
     "robots ready --only Panda --output out.json",
     "robots epsilon --only ASSEMBLY --epsilon 0.01 --output out.json",
     "sampling --samples 200 --peers 2 --rounds 1 --output out.json",
