@@ -194,7 +194,7 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     run.refusals = lambda: refused_so_far(server)
     if run.on_procedures is not None:
         run.on_procedures(server)
-    run.stop.cancelled = Telling(run, task, server)
+    run.stop.cancelled = Telling(run, task, server, lambda result: with_start_faults(result, server, late=True))
     with ProcedureWorkers(server, run.workers, run.stop) as workers:
         rounds = GeometricRounds(run, task, server, workers.expect)
         found = planned(run, task, rounds)

@@ -10,7 +10,6 @@ from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
 from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.planner.proofs.reasons import exhausted
-from kabo.planner.refine.with_geometry import with_start_faults
 from kabo.planner.result import Result
 from kabo.planner.run import SolveRun, statistics_of
 from kabo.tasks.procedures import GeometricProcedures
@@ -29,6 +28,7 @@ class Telling:
     run: SolveRun
     task: GroundedTask
     server: GeometricProcedures
+    completed: Callable[[Result], Result]  # with what was seen of the start
     process: int = field(default_factory=os.getpid)
     began: float = field(default_factory=perf_counter)
     told_at: float = field(default_factory=perf_counter)
@@ -53,7 +53,7 @@ class Telling:
         needed = needed_calls(self.task, failures) if len(failures) > 1 else frozenset()
         reason = exhausted("time", failures, needed=needed)
         result = Result("exhausted", None, statistics_of(self.run, self.server), reason)
-        told(with_start_faults(result, self.server, late=True))
+        told(self.completed(result))
 
 
 def refused_so_far(server: GeometricProcedures) -> list[tuple[GroundCall, Refusal]]:
