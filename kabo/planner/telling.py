@@ -36,16 +36,14 @@ class Telling:
 
     def __call__(self) -> bool:
         """Whether somebody wants the run to end."""
-        now = perf_counter()
-        if (
-            not self.looked and now >= self.began + LOOKED_AFTER_S and os.getpid() == self.process
-        ):  # not in workers
-            self.looked = True
-            start_faults(self.server.server.surroundings, parts=False)
-        told = self.run.on_refused
-        if told is not None and now > self.told_at + TOLD_EVERY_S and os.getpid() == self.process:
-            self._tell(told)
-            self.told_at = perf_counter()
+        now, told = perf_counter(), self.run.on_refused
+        if os.getpid() == self.process:  # not in workers
+            if not self.looked and now >= self.began + LOOKED_AFTER_S:
+                self.looked = True
+                start_faults(self.server.server.surroundings, parts=False)
+            if told is not None and now > self.told_at + TOLD_EVERY_S:
+                self._tell(told)
+                self.told_at = perf_counter()
         return self.run.cancelled is not None and self.run.cancelled()
 
     def _tell(self, told: Callable[[Result], None]) -> None:
