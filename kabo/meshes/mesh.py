@@ -47,13 +47,13 @@ class Mesh:
 
 def merged(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
     """The mesh with equal vertices merged and in lexicographic order, without triangles that degenerate."""
-    distinct, index = _distinct(vertices + 0.0)
+    corners, index = distinct(vertices + 0.0)
     faces = index[faces]
     proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    return np.ascontiguousarray(distinct), np.ascontiguousarray(faces[proper])
+    return np.ascontiguousarray(corners), np.ascontiguousarray(faces[proper])
 
 
-def _distinct(points: Vertices) -> tuple[Vertices, Faces]:
+def distinct(points: Vertices) -> tuple[Vertices, Faces]:
     """The distinct rows in lexicographic order, and for each given row the index of its copy among them."""
     order = np.lexsort(points.T[::-1])
     ordered = points[order]

@@ -15,6 +15,7 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 from kabo.arrays import Array, Booleans, Integers
 from kabo.geometry.collision.tight_parts import behind, kept_numbers, tight_part
 from kabo.meshes import Mesh
+from kabo.meshes.mesh import distinct
 
 WIDTH = 4e-3  # [m]: radius of the balls that enter hollows that count
 BRIDGED = 1e-4  # [m] by which a part may bridge such a hollow: half of a narrow fit
@@ -150,7 +151,7 @@ def _spread(corners: Array) -> Array:
 def unbridged(mesh: Mesh, parts: Sequence[Array]) -> list[Array]:
     """The corners (V, 3) of parts which together hold what the given ones (V, 3) do, and bridge no hollow that counts.
 
-    They are kept in the cache folder, as it takes seconds to find them.
+    They are kept in the cache folder, as it may take half a minute to find them.
     """
     given = hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() + b"|" for part in parts)).hexdigest()
 
@@ -189,13 +190,12 @@ def _unbridged(mesh: Mesh, parts: Iterable[Array]) -> list[Array]:
 
 def _hull(triangles: Array) -> tuple[Array, Array] | None:
     """The corners and the equations (F, 4) of the hull of triangles (T, 3, 3); None if they are flat."""
-    points = np.unique(triangles.reshape(-1, 3), axis=0)
+    points, _ = distinct(triangles.reshape(-1, 3))
     try:
         hull = ConvexHull(points)
     except (QhullError, ValueError):
         return None
-    equations = np.unique(np.round(hull.equations, 9), axis=0)
-    return points[hull.vertices], equations
+    return points[hull.vertices], np.round(hull.equations, 9)
 
 
 def _depths(points: Array, equations: Array) -> Array:
@@ -211,13 +211,12 @@ def _cut(triangles: Array, own: Notches, equations: Array) -> tuple[Array, Array
     deepest = int(np.argmax(_depths(own.points, equations)))
     chosen = np.unique([*np.linspace(0, len(own.points) - 1, TRIED).astype(int), deepest])
     for plane in np.unique(np.round(own.planes[chosen].reshape(-1, 4), 7), axis=0):
-        halves = behind(triangles, plane), behind(triangles, -plane)
-        if not all(map(len, halves)):
-            continue
-        parts = [part for half in halves if (part := _hull(half)) is not None]
-        if len(parts) < 2:
-            continue
-        left = sum(float(np.maximum(_depths(some, each), 0.0).sum()) for _, each in parts)
+        halves, left = [], 0.0
+        for side in (plane, -plane):
+            half = behind(triangles, side)
+            part = _hull(half) if len(half) and left < least else None
+            left += np.inf if part is None else float(np.maximum(_depths(some, part[1]), 0.0).sum())
+            halves.append(half)
         if left < least:
-            least, best = left, halves
+            least, best = left, (halves[0], halves[1])
     return best
