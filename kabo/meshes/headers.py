@@ -15,6 +15,7 @@ from xml.etree import ElementTree  # noqa: S405  only files without entities are
 
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.plain_off import plain_triangles
+from kabo.meshes.plain_stl import HEADER, TRIANGLE, announced, binary_triangles, is_text
 
 _PLY_BYTES = {
     **dict.fromkeys(("char", "uchar", "int8", "uint8"), 1),
@@ -45,17 +46,16 @@ def _spaced(number: int) -> str:
 
 
 def _stl(data: bytes) -> str | None:
-    text = data[:2048].lstrip().lower()
-    if text.startswith(b"solid") and (b"facet" in text or b"endsolid" in text):
+    if is_text(data):
         lowered = data.lower()
         loops, ended = lowered.count(b"facet normal"), lowered.count(b"endfacet")
         corners = len(re.findall(rb"vertex\s+\S+\s+\S+\s+\S+", lowered))
         whole = loops == ended and corners == 3 * loops and b"endsolid" in lowered
         return None if whole else f"is cut off or damaged: {loops} facets begin, {ended} end, {corners} vertices"
-    if len(data) < 84:
+    if len(data) < HEADER:
         return f"is cut off: its {len(data)} bytes are fewer than the header of a binary STL, and it is no text"
-    (count,) = struct.unpack_from("<I", data, 80)
-    needed = 84 + 50 * count
+    count = announced(data)
+    needed = HEADER + TRIANGLE * count
     if needed > len(data):
         return _more(f"{_spaced(count)} triangles", data)
     return (
@@ -200,5 +200,5 @@ MESH_FORMATS = {
     "obj": MeshFormat(_obj),
     "off": MeshFormat(_off, plain_triangles),
     "ply": MeshFormat(_ply),
-    "stl": MeshFormat(_stl),
+    "stl": MeshFormat(_stl, binary_triangles),
 }

@@ -1,5 +1,7 @@
 """The shapes of a scene as elements: mesh files in metres, boxes, and round primitives with meshes around them."""
 
+from itertools import product
+
 import numpy as np
 
 from kabo.arrays import Array
@@ -10,6 +12,14 @@ from kabo.scene.elements import Element
 
 CYLINDER_SIDES = 64  # sides of the prism that circumscribes a cylinder
 SPHERE_SUBDIVISIONS, CAP_SUBDIVISIONS = 4, 3  # of the icosahedra around a sphere, and around the ends of a capsule
+
+
+# Most scenes have no round shape, and loading trimesh takes longer than all the rest of them.
+_UNIT_BOX = np.array(list(product((-0.5, 0.5), repeat=3)))
+_BOX_FACES = np.array(
+    [(1, 3, 0), (4, 1, 0), (0, 3, 2), (2, 4, 0), (1, 7, 3), (5, 1, 4), (5, 7, 1), (3, 7, 2), (6, 4, 2), (2, 7, 6)]
+    + [(6, 5, 4), (7, 5, 6)]
+)
 
 
 def element_of(shape: Shape, place: Place | None, mesh: Mesh | None = None) -> Element:
@@ -47,22 +57,22 @@ def mesh_of(shape: Shape, place: Place | None) -> Mesh:
 
 def primitive(shape: Shape) -> Mesh:
     """The mesh of a box, or one around a cylinder, a capsule (both along z, centred) or a sphere."""
-    import trimesh
-
     if shape.size is None:
         raise ValueError(f"a {shape.kind} needs a size")
     if shape.kind == "box":
-        made = trimesh.creation.box(extents=shape.size)
-    elif shape.kind == "cylinder":
+        return Mesh(_UNIT_BOX * np.asarray(shape.size), _BOX_FACES)
+    if shape.kind == "cylinder":
+        import trimesh
+
         made = trimesh.creation.cylinder(
             shape.size[0] / np.cos(np.pi / CYLINDER_SIDES), shape.size[2], sections=CYLINDER_SIDES
         )
+        vertices, faces = made.vertices, made.faces
     elif shape.kind == "capsule":
         return _capsule(shape.size[0], shape.size[2])
     else:
         vertices, faces = _around_ball(shape.size[0], SPHERE_SUBDIVISIONS)
-        return Mesh(np.ascontiguousarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
-    return Mesh(np.ascontiguousarray(made.vertices, dtype=np.float64), np.asarray(made.faces, dtype=np.int64))
+    return Mesh(np.ascontiguousarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
 
 
 def _around_ball(radius: float, subdivisions: int) -> tuple[Array, Array]:

@@ -5,6 +5,7 @@ import re
 import struct
 import sys
 import tracemalloc
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,11 @@ import trimesh
 
 from kabo.errors import MeshError
 from kabo.meshes import load_mesh
+from kabo.meshes.plain_stl import binary_triangles
+from kabo.meshes.reading import pieces
 from tests.meshes.solids import volume
+
+REPOSITORY = Path(__file__).parents[2]
 
 
 def test_a_file_in_millimetres_is_scaled_and_its_vertices_merged(tmp_path: Path) -> None:
@@ -256,3 +261,24 @@ def test_a_cut_off_dae_is_told_without_the_names_of_parsers(tmp_path: Path) -> N
     with pytest.raises(MeshError, match="no element found") as raised:
         load_mesh(path)
     assert "Error:" not in str(raised.value)
+
+
+@pytest.mark.parametrize("header", [b"", b"solid of a binary file", b"  SOLID \xff\x00"])
+def test_a_binary_stl_file_is_read_as_trimesh_reads_it(header: bytes) -> None:
+    made = trimesh.creation.icosphere(subdivisions=2, radius=0.1).export(file_type="stl")
+    data = header.ljust(80, b"\0") + made[80:]
+    ((vertices, faces),) = pieces(data, "stl")
+    theirs = trimesh.load(BytesIO(data), file_type="stl", process=False)
+    assert np.array_equal(vertices, theirs.vertices)
+    assert np.array_equal(faces, theirs.faces)
+
+
+def test_the_meshes_of_the_repository_are_read_without_trimesh() -> None:
+    files = sorted(REPOSITORY.glob("meshes/**/*.stl"))
+    assert files
+    for file in files:
+        made = binary_triangles(file.read_bytes())
+        theirs = trimesh.load(file, process=False)
+        assert made is not None
+        assert np.array_equal(made[0], theirs.vertices)
+        assert np.array_equal(made[1], theirs.faces)

@@ -26,6 +26,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
+from tests.support.forked_commands import run_kabo
+
 REPOSITORY = Path(__file__).parents[2]
 _STEP = re.compile(r"^<!-- step: (.*?) -->\n```\w*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _BLOCK = re.compile(r"^```(sh|yaml|json5?|python|pddl)\n", re.MULTILINE)
@@ -163,6 +165,9 @@ def _command(line: str, folder: Path, wanted: int) -> str:
 def _done(line: str, folder: Path, wanted: int) -> str:
     """What a command prints, which ends with the code that is wanted."""
     line = re.sub(r"^kabo view ", "kabo view --no-open ", line)
+    if line.startswith("kabo ") and not _SHELL.search(line):
+        did = run_kabo(shlex.split(line)[1:], folder, environment(), SECONDS)
+        return _printed(line, did.returncode, did.stdout, did.stderr, wanted)
     line = re.sub(r"^(kabo|python)\b", lambda word: shlex.join(_PROGRAMS[word[0]]), line)
     done = subprocess.run(  # noqa: S602 - the pages are ours, and pipe and redirect as a reader does
         line,
@@ -174,11 +179,17 @@ def _done(line: str, folder: Path, wanted: int) -> str:
         timeout=SECONDS,
         check=False,
     )
-    assert done.returncode == wanted, f"{line}\n{done.stdout}{done.stderr}"
-    assert "Traceback" not in done.stderr, f"{line}\n{done.stderr}"
-    return done.stdout + done.stderr
+    return _printed(line, done.returncode, done.stdout, done.stderr, wanted)
 
 
+def _printed(line: str, code: int, stdout: str, stderr: str, wanted: int) -> str:
+    """What a command printed, if it ended with the code that is wanted."""
+    assert code == wanted, f"{line}\n{stdout}{stderr}"
+    assert "Traceback" not in stderr, f"{line}\n{stderr}"
+    return stdout + stderr
+
+
+_SHELL = re.compile(r"[|&;<>*?$`~{}()#]")  # what a shell does more with than to split words
 _PROGRAMS = {"kabo": [sys.executable, "-m", "kabo.cli"], "python": [sys.executable]}
 
 
