@@ -11,10 +11,10 @@ from kabo.cli.argument_types import bounded, output_file
 from kabo.cli.filming import Filming, add_filming
 from kabo.cli.limits import add_limits
 from kabo.cli.simulate import add_connection, add_physics, endpoints_of, physics_of
-from kabo.cli.solving import add_problem_argument
+from kabo.cli.solving import add_problem_argument, has_scene
 from kabo.cli.terminal import answer, clean_standard_output, interruptible, print_json, tell, warn
 from kabo.cli.truth import add_truth, truth_of
-from kabo.errors import Diagnostic, InputError, did_you_mean, naming
+from kabo.errors import Diagnostic, InputError, ServiceError, did_you_mean, naming
 
 NAME = "execute"
 HELP = "carry out a plan: follow its motions, sense, branch, watch; ends at the goal or in a safe stop with its reason"
@@ -92,14 +92,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_filming(parser)
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
     add_limits(parser)
-    parser.set_defaults(needs_kernels=lambda _: True)
+    parser.set_defaults(needs_kernels=_needs_kernels)
+
+
+def _needs_kernels(options: argparse.Namespace) -> bool:
+    """Whether kernels are needed; not for what is told to be wrong at once."""
+    try:
+        _connection(options)
+    except ServiceError:
+        return False
+    return options.plan.is_file() and has_scene(options.problem)
+
+
+def _connection(options: argparse.Namespace) -> Any:
+    """The configuration of a connection to a robot server, if there is to be one.
+
+    Raises:
+        ServiceError: it cannot be used.
+    """
+    return service.client_config(endpoints_of(options), options.config) if options.on == "zenoh" else None
 
 
 def run(options: argparse.Namespace) -> int:
     """Carries out the plan; the exit code is 7 if it stopped before a goal."""
     report = None
     with naming(plan=options.plan), clean_standard_output():
-        filming = Filming(options)
+        filming, connection = Filming(options), _connection(options)
         plan = rooms.load_plan(options.plan)
         scene = None if plan.start is None else rooms.load_scene(options.problem)
         if options.verify:
@@ -114,7 +132,7 @@ def run(options: argparse.Namespace) -> int:
             text = "what is true there, only the robot server knows"
             raise InputError([Diagnostic("--truth-file", 1, 1, text, "give it to `kabo simulate --serve`")])
         opened = ExitStack()
-        robot, judge = (None, None) if scene is None else _robot(options, scene, plan, hidden, opened)
+        robot, judge = (None, None) if scene is None else _robot(options, scene, plan, hidden, opened, connection)
         sensor = _sensor(options, robot, sensors, hidden)
         settings = rooms.ExecutionSettings(
             tracking_error=_errors(options, scene),
@@ -211,12 +229,12 @@ def _robot(
     plan: "rooms.Plan",
     hidden: "rooms.TruthDescription",
     opened: ExitStack,
+    connection: Any,
 ) -> tuple[Any, Any]:
     """The robot, which may be `opened` until the run has ended, and the judge of contacts if there are any."""
     rooms.require_fit(plan, scene)
     if options.on == "zenoh":
-        config = service.client_config(endpoints_of(options), options.config)
-        return opened.enter_context(rooms.ZenohRobot(config, scene)), None
+        return opened.enter_context(rooms.ZenohRobot(connection, scene)), None
     start = rooms.Belief.at_start(scene, plan.start).state
     start = rooms.true_start(scene, start, hidden, options.seed)
     if options.on == "kinematic":

@@ -11,7 +11,7 @@ from kabo.budgets import StopFlag
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, natural, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.solving import add_options
+from kabo.cli.solving import add_options, has_scene
 from kabo.cli.terminal import answer, clean_standard_output, complain, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError
 from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", dest="output", type=output_file, metavar="FILE", help="the plan file")
     parser.add_argument("--json", action="store_true", help="print the trajectory as one JSON object")
     add_limits(parser)
-    parser.set_defaults(needs_kernels=lambda _: True)
+    parser.set_defaults(needs_kernels=lambda options: has_scene(options.scene))
 
 
 def run(options: argparse.Namespace) -> int:

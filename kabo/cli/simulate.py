@@ -10,6 +10,7 @@ from kabo import service
 from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, output_file
 from kabo.cli.limits import add_limits
+from kabo.cli.solving import has_scene
 from kabo.cli.terminal import answer, clean_standard_output, tell
 from kabo.cli.truth import add_truth, truth_of
 
@@ -52,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_truth(parser)
     add_physics(parser)
     add_limits(parser)
-    parser.set_defaults(needs_kernels=lambda _: True)
+    parser.set_defaults(needs_kernels=lambda options: has_scene(options.scene))
 
 
 def add_connection(parser: argparse.ArgumentParser, what: str) -> None:

@@ -3,7 +3,7 @@
 import argparse
 import re
 from collections.abc import Callable, Iterable, Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from kabo.errors import did_you_mean
 
@@ -13,6 +13,7 @@ PLAIN = {
     "completion": "--completion",
 }  # what other programs call commands
 MEANT = {"plan": "solve"}  # a command within one, of which somebody may think otherwise
+NEGATIVE = re.compile(r"-\.?\d")  # how a value begins; no option does
 # What argparse says (in Python 3.10 to 3.14), and what kabo says instead.
 PHRASES: tuple[tuple[str, Callable[[re.Match[str]], str]], ...] = (
     (r"the following arguments are required: (.*)", lambda found: _missing(found[1].split(", "))),
@@ -57,7 +58,14 @@ class UnknownCommand(UsageError):
 
 
 class CommandParser(argparse.ArgumentParser):
-    """A parser that raises its errors, so that `main` reports them, as JSON where that is asked for."""
+    """A parser that raises its errors, so that `main` reports them, as JSON where that is asked for.
+
+    A word that begins with a negative number is a value (`--to -0.5,0.3`), as of Python 3.14.
+    """
+
+    def __init__(self, *arguments: Any, **more: Any) -> None:
+        super().__init__(*arguments, **more)
+        self._negative_number_matcher = NEGATIVE
 
     def error(self, message: str) -> NoReturn:
         """Raises UsageError."""
@@ -142,7 +150,7 @@ def _options(words: Iterable[str]) -> list[str]:
     for word in words:
         if word == "--":
             break
-        if len(word) > 1 and word[0] == "-" and " " not in word and re.fullmatch(r"-\d+|-\d*\.\d+", word) is None:
+        if len(word) > 1 and word[0] == "-" and " " not in word and NEGATIVE.match(word) is None:
             found.append(word)
     return found
 

@@ -1,6 +1,6 @@
 """Where everything is by the plan, as far as it has been carried out; the world is compared with it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -62,7 +62,7 @@ class Belief:
         robot, dot, _ = parent.partition(".")
         return robot if dot and robot in self.scene.robots else None
 
-    def poses(self, robots: Mapping[str, tuple[float, ...]] | None = None) -> dict[str, Array]:
+    def poses(self, robots: Mapping[str, Sequence[float]] | None = None) -> dict[str, Array]:
         """The poses (4, 4) of all movable bodies, with robots where they are said to be."""
         configurations = self.state.robots if robots is None else {**self.state.robots, **robots}
         found: dict[str, Array] = {}
@@ -70,7 +70,7 @@ class Belief:
             self._put(name, configurations, found)
         return {name: found[name] for name in self.scene.movable}
 
-    def _put(self, name: str, configurations: Mapping[str, tuple[float, ...]], found: dict[str, Array]) -> None:
+    def _put(self, name: str, configurations: Mapping[str, Sequence[float]], found: dict[str, Array]) -> None:
         """Adds the pose of a body, and of those to which it is attached."""
         if name in found:
             return
@@ -87,7 +87,7 @@ class Belief:
             found[own.parent] = self._carrier(own.parent, configurations)
         found[name] = found[own.parent] @ known[1]
 
-    def _carrier(self, name: str, configurations: Mapping[str, tuple[float, ...]]) -> Array:
+    def _carrier(self, name: str, configurations: Mapping[str, Sequence[float]]) -> Array:
         """The pose of a `robot.link`, or of what stands."""
         robot, dot, link = name.partition(".")
         if not dot or robot not in self.scene.robots:

@@ -49,6 +49,11 @@ class BoundSensors:
         exact = camera is None or camera.position == camera.angle == 0.0
         return None if exact or camera is None else PoseNoise(camera.position, camera.angle)
 
+    @property
+    def sees(self) -> tuple[str, ...] | None:
+        """The bodies that the camera sees; None: all."""
+        return None if self.sensors.camera is None else self.sensors.camera.bodies
+
     def resolve(self, formula: str, outcomes: tuple[str, ...]) -> str | None:
         """The outcome that is most probable after as many looks as the bound of the error needs."""
         binding = self.sensors.bindings.get(formula)

@@ -24,6 +24,7 @@ from kabo.execution.off_path import OffPath
 from kabo.execution.pacing import Pace, Pacer
 from kabo.execution.protocols import PacedRobot, Robot, RobotState, Sensor
 from kabo.execution.settings import ExecutionSettings
+from kabo.execution.sightings import Sightings
 from kabo.execution.state_log import StateLog
 from kabo.execution.watching import Surprise, Watch
 from kabo.plan import Node, Plan
@@ -64,7 +65,10 @@ class Carrier:
         self.scene, self.robot, self.sensor = scene, robot, sensor
         self.settings, self.log, self.stop = settings, log, stop
         self.known: dict[str, str] = {}
-        self.seen_at: dict[str, float] = {}  # when each body was seen last [s]
+        bodies = getattr(sensor, "sees", None)
+        if bodies is None:
+            bodies = () if scene is None else scene.movable
+        self.sightings = Sightings(bodies, settings.watch_rate)
         self.pacer = Pacer({} if scene is None else scene.robots)
         self.states = StateLog(log, settings.log_rate)
         self.looks = Looks(getattr(sensor, "noise", None))
@@ -90,7 +94,7 @@ class Carrier:
         if self.scene is not None and self.robot is not None:
             self.belief = Belief.at_start(self.scene, plan.start)
             errors = {} if self.settings.despite_margins else self._errors()
-            self.watch = Watch(self.scene, self.margins, self.seen_at, self.looks, errors, self.settings.delay)
+            self.watch = Watch(self.scene, self.margins, self.sightings, self.looks, errors, self.settings.delay)
 
     def _take(self, plan: Plan, report: Report | None) -> None:
         """Goes on with a plan from the node that is reached; raises as `_begin`."""
@@ -207,6 +211,7 @@ class Carrier:
         robot, self.waiting = self.robot, list(part.actions)
         self.watch.begin(part, self.belief)
         self._act(part.begin)
+        self.looks.forget()
         self.under_way, self.part = list(part.stretches), part
         robot.follow(part)
         self.clock = part.nodes[0]
@@ -222,14 +227,7 @@ class Carrier:
                 self._halt(surprise)
             robot.wait(1.0 / self.settings.watch_rate)
         self.under_way, self.part = self._finished(self.under_way, part.end), None
-        measured = self.watch.measured
-        self._enter(
-            "followed",
-            tracking=measured.tracking,
-            permitted=measured.permitted,
-            share=measured.share,
-            bodies=measured.bodies,
-        )
+        self._enter("followed", **vars(self.watch.measured))
         self._act(part.end)
         self._check_grasps()
 
@@ -268,6 +266,7 @@ class Carrier:
         """Lets hands do what is due at a time of the motion."""
         while self.waiting and self.waiting[0].time <= time + SAME_TIME:
             action = self.waiting.pop(0)
+            self.looks.forget()
             self.watch.acted(action)
             segment = self.plan.nodes[action.node].motion[action.segment]
             if action.kind == "grip":
@@ -317,10 +316,9 @@ class Carrier:
 
     def _log_state(self, node: str, state: RobotState) -> None:
         if self.states.is_due(state):
-            seen = self._poses()
-            self.watch.saw(seen, state.time)
+            self._poses()
             planned = self.watch.planned(self.belief, self.part)
-            self.states.add(self.clock, state, seen, planned, self.watch, self.margins.of_rest(node))
+            self.states.add(self.clock, state, planned, self.watch, self.margins.of_rest(node))
 
     def _look_at_bodies(self, node: str) -> None:
         """Looks as often as it takes to tell whether bodies are near enough to their places, with a bound."""
@@ -339,7 +337,7 @@ class Carrier:
         seen = self._poses()
         done = frozenset((each.node, each.segment) for each in self.executed if each.until is None)
         found = self.watch.bodies(seen, state, self.belief, node, part=self.part, done=done)
-        found = found or self.watch.gone(seen, state.time, node)
+        found = found or self.watch.gone(state.time, node)
         for record in self.watch.tolerated:
             self._enter("tolerated", **record)
         self.watch.tolerated.clear()
@@ -347,15 +345,20 @@ class Carrier:
 
     def _poses(self) -> Mapping[str, Array]:
         """The poses (4, 4) of bodies as they are seen; what is too far away to plan with counts as not seen."""
-        seen = self.sensor.poses()
-        return {name: pose for name, pose in seen.items() if np.abs(pose[:3, 3]).max() <= MAX_DISTANCE}
+        every = self.sensor.poses()
+        seen = {name: pose for name, pose in every.items() if np.abs(pose[:3, 3]).max() <= MAX_DISTANCE}
+        self.sightings.saw(seen, self.time)
+        if seen:  # a camera that is slower than the watch shows each picture once, to whoever looks
+            self.states.saw(seen, self.watch.planned(self.belief, self.part))
+            if self.part is None:
+                self.looks.note(seen)
+        return seen
 
     def _seen(self) -> Mapping[str, Array]:
-        """The poses (4, 4) of bodies; with noise, the means of looks at them."""
+        """The poses (4, 4) of bodies, as they were seen last since robots stand; with noise, the means of looks at them."""
         seen = self._poses()
-        if self.looks.noise is None:
-            return seen
-        self.watch.look(seen, self._robot.state(), self.belief)
+        if self.looks.noise is not None:
+            self.watch.look(seen, self._robot.state(), self.belief)
         return self.looks.poses(seen)
 
     def _halt(self, surprise: Surprise | None) -> None:

@@ -4,7 +4,7 @@ States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `
 `answer`, `proven`, and at the end `goal` or `stopped`. The state by the plan changes only when a motion has succeeded.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import NamedTuple
@@ -288,28 +288,28 @@ class _Executor(Carrier):
         Raises:
             Stopped: a robot is somewhere else: nothing is proven from there.
         """
-        before = self._seen()
+        last, stands = dict(self._seen()), set[str]()
         for _ in range(MOST_RESTS):
+            now: dict[str, Array] = {}
             for _ in self._looks(SETTLED_AFTER):
+                now |= self._poses()
                 self._seen()
-            now = self._seen()
-            moved = (np.abs(now[name] - pose).max() for name, pose in before.items() if name in now)
-            self._gone()
+            means = self.looks.poses(now)
+            now = {name: means[name] for name in now}
+            allowed = self.looks.still(AT_REST)
+            stands -= set(now)
+            stands |= {each for each in now if each in last and np.abs(now[each] - last[each]).max() < allowed}
+            last |= now
             tracked = stop.surprise is not None and stop.surprise.kind == "tracking"
             late = self.watch.not_at_rest(self._robot.state(), self.belief) if tracked else None
-            still = self.looks.are_enough(SAME_PLACE) and max(moved, default=0.0) < self.looks.still(AT_REST)
-            if still and late is None and not self._unseen(now):
+            known = self._gone() is not None or stands.issuperset(self.sightings)
+            if late is None and known and stands.issuperset(now) and self.looks.are_enough(SAME_PLACE):
                 return
-            before = now
         if late is not None:
             raise Stopped(f"{stop.reason}; {late}, and does not come back", stop.surprise)
 
     def _gone(self) -> Surprise | None:
-        return self.watch.gone(self._poses(), self.time, self.name)
-
-    def _unseen(self, seen: Mapping[str, Array]) -> bool:
-        """Whether a body is not seen, and it is not yet time to say that it is gone."""
-        return any(name not in seen for name in self.seen_at) and self._gone() is None
+        return self.watch.gone(self.time, self.name)
 
     def _detour(self, way: Answer) -> Stop | None:
         """Follows a way out of the middle of the node, to its end, or back to where it began.

@@ -48,6 +48,7 @@ class _Mean:
     count: int = 0
     off: Array = field(default_factory=lambda: np.zeros(6))  # [m] in the frame in which it is constant, and [rad]
     last: list[Array] = field(default_factory=list)  # shift and turn (6,) of the last looks
+    time: float | None = None  # of the last one [s]
 
     def pose(self, wanted: Array) -> Array:
         """Where the body is (4, 4), if it should be at `wanted`."""
@@ -81,14 +82,33 @@ class Looks:
     def __init__(self, noise: PoseNoise | None) -> None:
         self.noise = noise
         self._means: dict[str, _Mean] = {}
+        self._last: dict[str, Array] = {}  # poses that are seen without noise
 
-    def take(self, name: str, wanted: Array, pose: Array, held_by: str | None, corners: Array) -> Seen:
-        """Takes a look at a body into account.
+    def note(self, seen: Mapping[str, Array]) -> None:
+        """Notes poses (4, 4) of bodies while robots stand: without noise they hold until robots move, or hands act."""
+        if self.noise is None:
+            self._last |= seen
+
+    def forget(self) -> None:
+        """Robots move, or a hand acts: bodies that are not seen again may be elsewhere."""
+        self._last = {}
+
+    def take(
+        self,
+        name: str,
+        wanted: Array,
+        pose: Array,
+        held_by: str | None,
+        corners: Array,
+        time: float | None = None,
+    ) -> Seen:
+        """Takes a look at a body into account; one picture counts once, however often it is looked at.
 
         Args:
             name: the body. wanted, pose: where it should be, and where it is seen (4, 4), in the world.
             held_by: the robot that holds it: it is off in its hand, not in the world.
             corners: (8, 3) of the box around the body, in its own frame [m].
+            time: when it is seen [s]; None: at no other time before.
         """
         if self.noise is None:
             found = displacement(wanted, pose, corners)
@@ -98,9 +118,10 @@ class Looks:
         if mean is None or mean.key != key or (not key and not np.allclose(mean.wanted, wanted, atol=1e-6)):
             mean = self._means[name] = _Mean(wanted, key)
         mean.wanted = wanted
-        frame = wanted[:3, :3] if key else np.eye(3)
-        shift, turn = frame.T @ (pose[:3, 3] - wanted[:3, 3]), rotation_vector(wanted[:3, :3].T @ pose[:3, :3])
-        self._add(mean, np.concatenate([shift, turn]))
+        if time is None or time != mean.time:
+            frame, mean.time = wanted[:3, :3] if key else np.eye(3), time
+            shift = frame.T @ (pose[:3, 3] - wanted[:3, 3])
+            self._add(mean, np.concatenate([shift, rotation_vector(wanted[:3, :3].T @ pose[:3, :3])]))
         found = displacement(wanted, mean.pose(wanted), corners)
         radius = float(np.linalg.norm(corners, axis=1).max())
         return Seen(found, found.size, mean.count, self.noise.bound(radius, mean.count))
@@ -140,7 +161,7 @@ class Looks:
 
     def poses(self, seen: Mapping[str, Array]) -> dict[str, Array]:
         """The poses (4, 4) of bodies that are seen, or were looked at since they moved, by the means of looks at them."""
-        found = dict(seen)
+        found = {**self._last, **seen}
         for name, mean in self._means.items():
             if mean.count:
                 found[name] = mean.pose(mean.wanted)

@@ -26,16 +26,21 @@ class StateLog:
     def __init__(self, log: Log, rate: float) -> None:
         self.log, self.rate = log, rate
         self._due = -inf
+        self._seen: dict[str, tuple[Array, Planned]] = {}  # since the last record
 
     def is_due(self, state: RobotState) -> bool:
         """Whether it is time for a record."""
         return self.rate > 0.0 and state.time >= self._due - EARLY
 
+    def saw(self, poses: Mapping[str, Array], planned: Planned) -> None:
+        """Notes poses (4, 4) of bodies that are seen, and where the plan has them then: they are in the next record."""
+        if self.rate > 0.0:
+            self._seen.update((name, (pose, planned)) for name, pose in poses.items())
+
     def add(
         self,
         node: str,
         state: RobotState,
-        poses: Mapping[str, Array],
         planned: Planned,
         watch: Watch,
         proven: float,
@@ -44,21 +49,21 @@ class StateLog:
 
         Args:
             node: the first node of the motion to whose clock `motion_time` belongs.
-            state: what is measured of robots. poses: (4, 4) of the bodies that are seen.
-            planned: where the plan has all of them.
+            state: what is measured of robots. planned: where the plan has them.
             watch: knows the greatest deviations since the record before.
             proven: how far bodies may be from their places [m].
         """
         self._due = state.time + 1.0 / self.rate
-        found = watch.take_recent()
+        found, seen = watch.take_recent(), self._seen
+        self._seen = {}
         self.log.add(
             state.time,
             "state",
             node=node,
             motion_time=state.motion_time,
             robots={name: tuple(map(float, values)) for name, values in state.positions.items()},
-            bodies={name: _pose(pose) for name, pose in poses.items()},
-            planned=_elsewhere(planned, state, poses),
+            bodies={name: _pose(pose) for name, (pose, _) in seen.items()},
+            planned=_elsewhere(planned, state, seen),
             tracking=found.tracking,
             permitted=found.permitted,
             displaced=found.bodies,
@@ -66,17 +71,19 @@ class StateLog:
         )
 
 
-def _elsewhere(planned: Planned, state: RobotState, poses: Mapping[str, Array]) -> dict[str, object]:
-    """Where the plan has the robots and bodies that are measured, or seen, to be elsewhere."""
+def _elsewhere(
+    planned: Planned, state: RobotState, seen: Mapping[str, tuple[Array, Planned]]
+) -> dict[str, object]:
+    """Where the plan has the robots and bodies that are measured, or were seen, to be elsewhere."""
     robots = {
         name: tuple(map(float, values))
         for name, values in planned.robots.items()
         if np.abs(np.subtract(values, state.positions[name])).max(initial=0.0) > APART
     }
     bodies = {
-        name: _pose(planned.bodies[name])
-        for name, pose in poses.items()
-        if np.abs(pose - planned.bodies[name]).max() > APART
+        name: _pose(then.bodies[name])
+        for name, (pose, then) in seen.items()
+        if np.abs(pose - then.bodies[name]).max() > APART
     }
     return {"robots": robots, "bodies": bodies}
 

@@ -7,6 +7,7 @@ together may use up no gap that is proven of two things. Nothing is a surprise t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -21,9 +22,9 @@ from kabo.execution.motions import HandAction, Motion
 from kabo.execution.nearness import Moving, Nearness
 from kabo.execution.off_path import OffPath, off_path
 from kabo.execution.protocols import RobotState
+from kabo.execution.sightings import Sightings
 from kabo.scene import Scene
 
-GONE_AFTER = 1.0  # [s] after which a body that is not seen may be anywhere
 LATEST = 0.1  # [s] by which robots may be later than they are stated to be
 PUSHED = 1e-4  # [m]: a robot that should rest and is off by more may be in the way of another one
 AT_PLACE, STANDS = 1e-3, 0.02  # [m]; [rad/s or m/s]: a robot that stands is so near to its place, and so slow
@@ -51,11 +52,17 @@ class _Following(NamedTuple):
     taken: frozenset[str]
 
 
-class Planned(NamedTuple):
-    """Where the plan has things: the values of all joints of each robot, and the poses (4, 4) of bodies."""
+@dataclass
+class Planned:
+    """Where the plan has things at one time: the values of all joints of each robot, and what it says of bodies."""
 
     robots: Mapping[str, Sequence[float]]
-    bodies: Mapping[str, Array]
+    belief: Belief
+
+    @cached_property
+    def bodies(self) -> Mapping[str, Array]:
+        """The poses (4, 4) of bodies."""
+        return self.belief.poses(self.robots)
 
 
 @dataclass
@@ -73,8 +80,7 @@ class Watch:
 
     Args:
         scene: the scene. margins: what the plan has proven.
-        seen_at: when each body was seen last [s]; it is written, and given to the watch of the next plan. A sensor that has
-            never seen anything is no camera: then nothing is gone.
+        sightings: when bodies were seen last; they are written, and given to the watch of the next plan.
         looks: the means of poses that are seen with noise.
         errors: how far robots may be off their paths, as their makers say [m].
         delay: how late robots follow, as their makers say [s].
@@ -84,7 +90,7 @@ class Watch:
         self,
         scene: Scene,
         margins: Margins,
-        seen_at: dict[str, float] | None = None,
+        sightings: Sightings | None = None,
         looks: Looks | None = None,
         errors: Mapping[str, float] | None = None,
         delay: float = 0.0,
@@ -98,7 +104,7 @@ class Watch:
         ] = []  # bodies that are off, covered by proofs, since they were taken
         self._noted: set[tuple[str, str]] = set()  # nodes and bodies
         self._nearness = Nearness(scene)
-        self.seen_at = {} if seen_at is None else seen_at
+        self.sightings = sightings or Sightings(scene.movable)
         self.measured = Measured()
         self._recent = Measured(bodies={})  # since it was taken
         self.path = OffPath(0.0, {})  # how far robots are off theirs, at the last look
@@ -146,7 +152,7 @@ class Watch:
         robots = dict(belief.state.robots)
         if part is not None:
             robots |= {name: own.planned for name, own in self.path.robots.items()}
-        return Planned(robots, belief.poses(robots))
+        return Planned(robots, Belief(belief.scene, belief.state))
 
     def _together(self, motion: Motion, path: OffPath, state: RobotState, belief: Belief) -> Surprise | None:
         running = list(motion.at(path.time))
@@ -241,7 +247,9 @@ class Watch:
             }
         else:
             looked = {
-                name: self.looks.take(name, wanted[name], seen[name], belief.holder(name), self._corners[name])
+                name: self.looks.take(
+                    name, wanted[name], seen[name], belief.holder(name), self._corners[name], state.time
+                )
                 for name in names
             }
         self.displaced.update((name, own.displaced) for name, own in looked.items())
@@ -282,26 +290,20 @@ class Watch:
                 found[name] = ahead.slacks(displaced, self.errors)[name]
         return found
 
-    def saw(self, seen: Mapping[str, Array], time: float) -> None:
-        """Notes when bodies were seen, on the robots' clock [s]."""
-        if seen and not self.seen_at:
-            self.seen_at.update(dict.fromkeys(self.scene.movable, time))
-        self.seen_at.update(dict.fromkeys(seen, time))
-
-    def gone(self, seen: Mapping[str, Array], time: float, node: str) -> Surprise | None:
+    def gone(self, time: float, node: str) -> Surprise | None:
         """Whether a body is not seen any more, and something moves from a node on that may need it, or meet it.
 
         Args:
-            seen: what is seen now. time: of the robots' clock [s]. node: the node from which on proofs are needed.
+            time: of the robots' clock [s]. node: the node from which on proofs are needed.
         """
-        self.saw(seen, time)
         if self.margins.of_rest(node) == np.inf:
             return None
-        for name, last in self.seen_at.items():
-            if time - last > GONE_AFTER:
-                text = f"{name} has not been seen for {time - last:.1f} s, and robots are still to move"
-                return Surprise("gone", text, name, float("inf"), 0.0)
-        return None
+        found = self.sightings.gone(time)
+        if found is None:
+            return None
+        name, seconds = found
+        text = f"{name} has not been seen for {seconds:.1f} s, and robots are still to move"
+        return Surprise("gone", text, name, float("inf"), 0.0)
 
     def not_at_rest(self, state: RobotState, belief: Belief) -> str | None:
         """Which robot does not stand where it was sent, in a sentence; None: all do."""

@@ -5,6 +5,7 @@ suffix `_1`; if it is already in use, it gets `_2`, `_3`, … in the order of th
 """
 
 import re
+import unicodedata
 from collections.abc import Iterable
 
 NAME = re.compile(r"[a-z][a-z0-9_]*")
@@ -14,6 +15,10 @@ RESERVED = frozenset(
 )
 
 _LONGEST = 200
+_IN_LATIN = str.maketrans(
+    {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae", "œ": "oe", "ø": "oe", "å": "aa", "ł": "l", "đ": "d"}
+    | {"Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ẞ": "SS", "Æ": "Ae", "Œ": "Oe", "Ø": "Oe", "Å": "Aa", "Ł": "L", "Đ": "D"}
+)
 
 
 class Names:
@@ -49,8 +54,13 @@ class Names:
 
 
 def proper_name(word: str) -> str:
-    """The valid name most similar to `word`: `isEmpty` becomes `is_empty`, and `r'` becomes `r_prime`."""
-    spelled = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", word.replace("'", "_prime"))
+    """The valid name most similar to `word`: `isEmpty` becomes `is_empty`, `r'` becomes `r_prime`, `Würfel` `wuerfel`.
+
+    Letters without accents stand for those with them.
+    """
+    plain = unicodedata.normalize("NFKD", unicodedata.normalize("NFC", word[:_LONGEST]).translate(_IN_LATIN))
+    plain = "".join(each for each in plain if not unicodedata.combining(each))
+    spelled = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", plain.replace("'", "_prime"))
     spelled = re.sub(r"[^a-z0-9]+", "_", spelled.lower()).strip("_")[:60]
     if not spelled or not spelled[0].isalpha():
         spelled = f"n{spelled}"

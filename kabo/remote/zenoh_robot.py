@@ -38,7 +38,7 @@ from kabo.remote.messages import (
 )
 from kabo.remote.steady import steady
 from kabo.scene import Scene
-from kabo.service import ErrorReply, keys, open_session
+from kabo.service import ErrorReply, connected_endpoints, keys, open_session
 
 _Reply = TypeVar("_Reply", bound=msgspec.Struct)
 BEAT_S = 0.01  # between two heartbeats
@@ -72,6 +72,8 @@ class ZenohRobot:
         self._asking: set[zenoh.CancellationToken] = set()
         self._joints = {name: robot.joint_names for name, robot in scene.robots.items()}
         self._declared: list[Any] = []
+        ends = ", ".join(connected_endpoints(config))
+        self._unanswered = f"no robot server answers{ends and f' at {ends}'}"
         self._session = open_session(config)
         try:
             self.server, taken = self._take(patience_s)
@@ -236,9 +238,7 @@ class ZenohRobot:
                 if answer is not None and answer.code == "bad_request":
                     raise ServiceError("unavailable", f"the robot server {server} cannot be taken: {told}")
             if time.monotonic() > until:
-                said = (
-                    f"the robot server {found[0]} cannot be taken: {told}" if told else "no robot server answers"
-                )
+                said = f"the robot server {found[0]} cannot be taken: {told}" if told else self._unanswered
                 raise ServiceError("unavailable", f"{said}; `kabo simulate SCENE --serve` starts one")
             time.sleep(0.05)
 

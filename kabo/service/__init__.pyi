@@ -18,5 +18,6 @@ from kabo.service.server import Server as Server
 from kabo.service.server import ServerSettings as ServerSettings
 from kabo.service.session import DEFAULT_ENDPOINT as DEFAULT_ENDPOINT
 from kabo.service.session import client_config as client_config
+from kabo.service.session import connected_endpoints as connected_endpoints
 from kabo.service.session import open_session as open_session
 from kabo.service.session import server_config as server_config

@@ -54,15 +54,20 @@ def unanswered(config: zenoh.Config) -> str:
 
     A server that refuses a client by TLS is as silent as none at all, so that strangers learn nothing.
     """
-    named = _endpoints(json.loads(config.get_json("connect/endpoints")))
-    endpoints = [end.partition("#")[0] for end in named if end.startswith(SECURE)]
+    endpoints = [end for end in connected_endpoints(config) if end.startswith(SECURE)]
     if not endpoints:
         return "no server answers; `kabo serve` starts one"
     return (
-        f"no server answers at {', '.join(dict.fromkeys(endpoints))}: none runs there, or it refuses this client; compare "
+        f"no server answers at {', '.join(endpoints)}: none runs there, or it refuses this client; compare "
         "authority and certificates of both sides, subjectAltName, and the server's cert_common_names and rules "
         "(docs/how-to/deploy.md)"
     )
+
+
+def connected_endpoints(config: zenoh.Config) -> list[str]:
+    """The endpoints to which a client connects, without what they hold of certificates."""
+    named = _endpoints(json.loads(config.get_json("connect/endpoints")))
+    return list(dict.fromkeys(end.partition("#")[0] for end in named))
 
 
 def _endpoints(value: Any) -> Iterator[str]:

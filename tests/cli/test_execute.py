@@ -8,7 +8,7 @@ import pytest
 
 import kabo
 from kabo.cli import exit_codes
-from kabo.cli.main import main
+from kabo.cli.main import main, parser
 
 DOMAINS = Path(__file__).parents[2] / "domains"
 DOORS = DOMAINS / "doors" / "n3.yaml"
@@ -31,6 +31,29 @@ def test_a_plan_without_motions_reaches_its_goal_and_the_log_is_written(
     assert "the goal is reached" in capsys.readouterr().err
     events = [json.loads(line)["event"] for line in log.read_text().splitlines()]
     assert events[0] == "start" and events[-1] == "goal"
+
+
+def test_what_is_wrong_at_once_is_told_before_kernels_are_compiled(plan: Path) -> None:
+    def waits(*given: object) -> bool:
+        options = parser().parse_args(list(map(str, given)))
+        return bool(options.needs_kernels(options))
+
+    stacked = DOMAINS / "stacked" / "n2.yaml"
+    assert waits("execute", stacked, plan) and not waits("execute", DOORS, plan)
+    assert not waits("execute", stacked, "missing.json")
+    assert not waits("execute", stacked, plan, "--on", "zenoh", "--endpoint", "here")
+    assert waits("execute", stacked, plan, "--on", "zenoh", "--endpoint", "tcp/127.0.0.1:1")
+    for command in (["motion", "{}", "--to", "home"], ["simulate", "{}", "-o", "model.xml"]):
+        assert waits(*(each.format(stacked) for each in command))
+        assert not waits(*(each.format("missing.yaml") for each in command))
+
+
+def test_a_wrong_endpoint_is_told_before_the_plan_is_verified(
+    plan: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = ["execute", str(DOMAINS / "stacked" / "n2.yaml"), str(plan), "--on", "zenoh", "--endpoint", "here"]
+    assert main(given) == exit_codes.SERVICE
+    assert "Endpoints must be of the form" in capsys.readouterr().err
 
 
 def test_the_result_is_printed_for_programs(plan: Path, capsys: pytest.CaptureFixture[str]) -> None:

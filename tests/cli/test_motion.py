@@ -7,8 +7,9 @@ import pytest
 
 import kabo
 from kabo.cli import exit_codes
-from kabo.cli.main import main
+from kabo.cli.main import main, parser
 from kabo.cli.motion import where
+from kabo.cli.usage import UsageError, parsed
 from kabo.errors import InputError
 
 SCENE = Path(__file__).parents[2] / "examples" / "two_cans" / "scene.yaml"
@@ -31,6 +32,14 @@ def test_the_trajectory_is_printed_for_programs(capsys: pytest.CaptureFixture[st
     assert told["robot"] == "arm"
     assert told["waypoints"][-1][0] == 0.5
     assert len(told["times"]) == len(told["coefficients"]) + 1
+
+
+@pytest.mark.parametrize("goal", ["-0.5,0,0,-1.5,0,1.8,0", "-30deg,0,0,-1.5,0,1.8,0", "-.5,0,0,-1.5,0,1.8,0"])
+def test_values_may_begin_with_a_negative_one(goal: str):
+    options = parsed(parser(), ["motion", "scene.yaml", "--from", "-1,0", "--to", goal, "--seed", "1"])
+    assert (options.start, options.goal, options.seed) == ("-1,0", goal, 1)
+    with pytest.raises(UsageError, match="no option -x"):
+        parsed(parser(), ["motion", "scene.yaml", "--to", "home", "-x"])
 
 
 @pytest.mark.parametrize(

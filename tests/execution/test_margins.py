@@ -370,6 +370,17 @@ def test_looks_are_averaged_forget_what_was_before_a_body_moved_and_are_bounded(
     assert seen.looks == 2 and seen.displaced.size < 1e-9
 
 
+def test_one_picture_counts_once_however_often_it_is_looked_at(stacked_scene: Scene, stacked_plan: Plan) -> None:
+    looks, robot = Looks(PoseNoise(0.001)), KinematicRobot(stacked_scene)
+    watch = Watch(stacked_scene, Margins(stacked_plan, None), looks=looks)
+    belief = Belief(stacked_scene, stacked_scene.start)
+    for count in (1, 2, 3):
+        for _ in range(2):
+            seen = watch.look(robot.poses(), robot.state(), belief)
+            assert {each.looks for each in seen.values()} == {count}
+        robot.wait(0.01)
+
+
 def test_a_displacement_is_that_of_the_point_that_moves_farthest() -> None:
     assert Displacement(np.array([0.003, 0.004, 0.0]), 0.002).size == pytest.approx(0.007)
     turned = np.eye(4)

@@ -13,7 +13,11 @@ from kabo.language.names import RESERVED, Names
     ("original", "expected"),
     [
         ("pick-up", "pick_up"), ("on", "on"), ("1st", "n1st"), ("_x", "x"), ("isEmpty", "is_empty"), ("-", "n"),
-        ("then", "then_1"), ("not", "not_1"), ("a__b", "a__b"), ("k", "k"), ("größe", "gr_e"),
+        ("then", "then_1"), ("not", "not_1"), ("a__b", "a__b"), ("k", "k"), ("größe", "groesse"),
+        ("Würfel", "wuerfel"),  # letters that have a spelling, or an accent, are no gaps
+        ("W\u0075\u0308rfel", "wuerfel"),
+        ("Maßstab", "massstab"),
+        ("été", "ete"),
     ],
 )  # fmt: skip
 def test_a_name_is_spelled_as_near_as_possible(original, expected):

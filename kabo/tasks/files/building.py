@@ -110,11 +110,19 @@ class TaskFile:
         return findings
 
     def located(self, error: InitialisationError) -> InputError:
-        """The faults of a task as an InputError, each located in the file at the first stage that it names."""
+        """The faults of a task as an InputError, each located in the file at the first stage that it names.
+
+        One of a stage inside another task file, as of the library, is located at the stage that takes this file.
+        """
         findings = self._findings()
         for message in error.errors:
-            named = (self.places.get(word) for word in message.split("'")[1::2])
-            findings.add(next((place for place in named if place is not None), self.recipe.place), message)
+            path = next((word for word in message.split("'")[1::2] if word in self.places), None)
+            place = inside = self.recipe.place if path is None else self.places[path]
+            while path and place.file != self.recipe.place.file:
+                path = path.rpartition("/")[0]
+                place = self.places.get(path, self.recipe.place)
+            hint = None if inside == place else f"the stage inside is at {Path(inside.file).name}:{inside.line}"
+            findings.add(place, message, hint)
         return InputError(findings.diagnostics)
 
 

@@ -14,6 +14,7 @@ from kabo.errors import Diagnostic, InputError
 from kabo.options import LARGEST_CLEARANCE
 
 FORMAT, OLD_FORMAT = "kabo-task/2", "kabo-task/1"
+_OTHER_FILES = {"kabo-plan": "it is a plan", "kabo-state": "it is the state of a run"}
 MAX_COUNT, MAX_DEPTH = 2**53, 1000  # the largest count, the largest depth of a stage, that a report may have
 # The names in the published schema of objects whose classes are called otherwise here.
 _SCHEMA_NAMES = {
@@ -280,13 +281,14 @@ def read_report(content: bytes, file: str) -> Report:
     """
     hint = "kabo task plan FILE -o REPORT.json writes one"
     try:
-        found = msgspec.convert(_upgraded(msgspec.json.decode(content)), type=Report)
+        given = msgspec.json.decode(content)
+        found = msgspec.convert(_upgraded(given), type=Report)
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at ")
         where = path.strip("`").removeprefix("$.")
         said = f"{where}: {message}" if where and where != "$" else message
-        if where == "format" and b'"kabo-plan/' in content[:200]:
-            said = "it is a plan"
+        named = given.get("format") if isinstance(given, dict) else None
+        said = _OTHER_FILES.get(str(named).partition("/")[0], said)
         raise InputError([Diagnostic(file, 1, 1, f"this is no report of planning: {said}", hint)]) from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         line, column, why = _place(content)

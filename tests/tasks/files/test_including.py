@@ -6,7 +6,7 @@ import pytest
 
 from kabo.errors import InputError
 from kabo.language import ProcedureSignatures
-from kabo.tasks.core import Flow, Monitor, Task, directions
+from kabo.tasks.core import Flow, InitialisationError, Monitor, Task, directions
 from kabo.tasks.files import load_task, load_task_file, task_to_yaml
 from kabo.tasks.robots import NoOp
 
@@ -53,6 +53,17 @@ def test_a_task_of_the_library_is_a_stage_with_its_own_stages_inside(tmp_path: P
     assert taken is not None and [child.name for child in taken.children] == ["start", "open", "reach", "grasp"]
     flows, wrong = directions(task)
     assert wrong == [] and flows[taken] is Flow.FORWARD
+
+
+def test_a_fault_inside_is_told_at_the_stage_of_the_file_and_where_it_is(tmp_path: Path) -> None:
+    file = load_task_file(write(tmp_path, BOTH))
+    inside = next(path for path in file.places if path.startswith("put/") and "pose" in path)
+    (told,) = file.located(InitialisationError([f"{inside!r}: it is wrong"], "")).diagnostics
+    assert (Path(told.file).name, told.line) == ("task.yaml", 8)
+    assert told.message == f"{inside!r}: it is wrong"
+    assert told.hint is not None and f"place.yaml:{file.places[inside].line}" in told.hint
+    (own,) = file.located(InitialisationError(["'take': it is wrong"], "")).diagnostics
+    assert (own.line, own.hint) == (7, None)
 
 
 def test_it_begins_in_the_scene_before_it(tmp_path: Path) -> None:

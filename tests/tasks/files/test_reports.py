@@ -73,6 +73,11 @@ def test_the_schema_is_that_of_the_code() -> None:
         (b"[1]", "this is no report of planning: Expected `object`, got `array`"),
         (b"{}", "this is no report of planning: Object missing required field `format`"),
         (b'{"format": "kabo-plan/1"}', "this is no report of planning: it is a plan"),
+        (
+            b'{"certificate": "' + b"a" * 300 + b'", "format": "kabo-plan/2"}',
+            "this is no report of planning: it is a plan",
+        ),
+        (b'{"format": "kabo-state/1"}', "this is no report of planning: it is the state of a run"),
         (b'{"format": "kabo-trees/1"}', "this is no report of planning: format: Invalid enum value"),
         (b"\xff", "this is no JSON"),
         (b"[" * 100_000, "this is no"),
