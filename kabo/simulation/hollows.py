@@ -71,12 +71,13 @@ class Hollows:
         if not len(points):
             return Notches(points, planes)
         middles = points + WIDTH * above
-        for _ in range(rolls):
-            nearest, which = self._surface.query(middles)
-            met = np.flatnonzero((nearest < WIDTH) & (nearest > 0.0))
+        nearest, which = self._surface.query(middles)
+        met = np.flatnonzero((nearest < WIDTH) & (nearest > 0.0))
+        for _ in range(rolls):  # the others stay where they are
             away = (middles[met] - self._surface.data[which[met]]) / nearest[met, None]
             middles[met] += (WIDTH - nearest[met])[:, None] * away
-        nearest, _ = self._surface.query(middles)
+            nearest[met], which[met] = self._surface.query(middles[met])
+            met = met[(nearest[met] < WIDTH) & (nearest[met] > 0.0)]
         ways = np.maximum(np.linalg.norm(above, axis=1), CORNER) * WIDTH * (1.0 + ROOM)
         near = np.linalg.norm(middles - points, axis=1) <= ways
         return Notches(points + BRIDGED * above, planes).at(near & (nearest >= (1.0 - ROOM) * WIDTH))
