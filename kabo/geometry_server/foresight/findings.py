@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterator, Sequence
 from kabo.children import never
 from kabo.errors import About, Diagnostic, MeshError
 from kabo.geometry_server.foresight.contacts import idle_contacts
-from kabo.geometry_server.foresight.measures import Measure
+from kabo.geometry_server.foresight.measures import Measure, millimetres
 from kabo.geometry_server.foresight.openings import too_wide
 from kabo.geometry_server.foresight.regions import uncontained
 from kabo.geometry_server.foresight.starts import StartFault, start_faults
+from kabo.geometry_server.foresight.tipping import tipping
 from kabo.geometry_server.preparation.preparing import Preparing, prepare
 from kabo.geometry_server.server import GeometryServer
 from kabo.language.formulas import Place
@@ -30,8 +31,8 @@ def start_findings(
 ) -> list[Diagnostic]:
     """Warnings about a scene that loads, whatever is planned in it; or errors of meshes that cannot be enclosed.
 
-    Objects that overlap, stand inside others, are too near or hang in the air at the start; regions that can contain
-    none of the objects; objects that no gripper can open for; permitted contacts that are never needed.
+    Objects that overlap, stand inside others, are too near, hang in the air or tip over at the start; regions that can
+    contain none of the objects; objects that no gripper can open for; permitted contacts that are never needed.
 
     Args:
         description: the scene as described in its file, with what a problem adds.
@@ -52,7 +53,8 @@ def start_findings(
             return list(error.diagnostics)
     with phase("looking at the start", log=_LOG):
         faults = start_faults(server.surroundings, parts=parts)
-    found = [*_at_the_start(description, faults), *_regions(description, loaded), *_grippers(description, loaded)]
+    found = [*_at_the_start(description, faults), *_tipping(description, loaded)]
+    found += [*_regions(description, loaded), *_grippers(description, loaded)]
     with phase("looking for contacts that are never needed", log=_LOG):
         idle = idle_contacts(description, server.surroundings) if parts else iter(())
         return found + [_contact(description, pair, said) for pair, said in idle]
@@ -65,6 +67,17 @@ def _at_the_start(description: SceneDescription, faults: Sequence[StartFault]) -
         # A link of a robot has no line in the scene; of any two things at fault, one is an object of it.
         named = next(name for name in fault.things if name in description.bodies)
         yield _warning(description, description.bodies[named].place, fault.said, fault.hint, about)
+
+
+def _tipping(description: SceneDescription, scene: Scene) -> Iterator[Diagnostic]:
+    for each in tipping(scene):
+        said = (
+            f"{each.name} tips over at the start: the middle of its mass is {millimetres(each.metres)} beside "
+            f"{' and '.join(each.carriers)}, if its mass is spread evenly"
+        )
+        hint = "move it so that its middle is above what it stands on"
+        about = About((each.name, *each.carriers), each.metres)
+        yield _warning(description, description.bodies[each.name].place, said, hint, about)
 
 
 # ------------------------------------------------------------------------------------------------------ regions

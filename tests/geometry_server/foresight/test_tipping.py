@@ -1,0 +1,72 @@
+"""Objects that tip over are told, and only those: MuJoCo says which ones fall."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kabo.geometry_server import start_findings
+from kabo.geometry_server.foresight.tipping import tipping
+from kabo.meshes import Mesh
+from kabo.scene import Scene, load_scene
+from tests.planner.gantry import gantry_problem
+
+Walls = dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]
+BLOCK = ((0.2, 0.2, 0.1), (0.2, 0.0, 0.05))  # its sides are at x = 0.1 and 0.3
+
+
+def scene_of(folder: Path, *, things: dict[str, tuple[float, float, float]], walls: Walls) -> Scene:
+    described = gantry_problem(folder, things=things, walls=walls).scene
+    assert described is not None
+    return load_scene(described)
+
+
+def test_an_object_whose_middle_is_beside_its_support_is_told_with_the_distance(tmp_path: Path) -> None:
+    described = gantry_problem(tmp_path, things={"cube": (0.306, 0.03, 0.12)}, walls={"block": BLOCK}).scene
+    assert described is not None
+    (only,) = start_findings(described)
+    assert only.message == (
+        "cube tips over at the start: the middle of its mass is 6 mm beside block, if its mass is spread evenly"
+    )
+    place = described.bodies["cube"].place
+    assert place is not None and (only.line, only.column) == (place.line, place.column)
+
+
+def test_what_stands_on_two_things_or_is_held_from_above_or_the_side_may_stay(tmp_path: Path) -> None:
+    cube = {"cube": (0.306, 0.0, 0.12)}
+    beside = {"block": BLOCK, "other": ((0.02, 0.2, 0.1), (0.325, 0.0, 0.05))}
+    for walls, count in (
+        ({"block": BLOCK}, 1),
+        (beside, 0),
+        ({"block": BLOCK, "wall": ((0.02, 0.2, 0.4), (0.3365, 0.0, 0.2))}, 0),
+        ({"block": BLOCK, "lid": ((0.02, 0.2, 0.02), (0.29, 0.0, 0.1505))}, 0),
+    ):
+        assert len(tipping(scene_of(tmp_path, things=cube, walls=walls))) == count, walls
+
+
+@pytest.mark.parametrize("x", [0.29, 0.298, 0.302, 0.31])
+def test_what_is_told_falls_in_physics_and_the_others_stand(tmp_path: Path, x: float) -> None:
+    pytest.importorskip("mujoco")
+    from kabo.simulation import Physics
+
+    scene = scene_of(tmp_path, things={"cube": (x, 0.0, 0.12)}, walls={"block": BLOCK})
+    physics = Physics(scene)
+    for _ in range(round(1.5 / physics.settings.timestep)):
+        physics.step()
+    falls = bool(physics.pose("cube")[2, 3] < 0.1)
+    assert [each.name for each in tipping(scene)] == (["cube"] if falls else [])
+    assert falls == (x > 0.3)
+
+
+def test_the_middle_of_an_object_of_any_shape_counts_and_not_that_of_its_box(tmp_path: Path) -> None:
+    """A pyramid's middle of mass lies at a quarter of the way from its base to its tip."""
+    scene = scene_of(tmp_path, things={"cube": (0.29, 0.0, 0.12)}, walls={"block": BLOCK})
+    assert tipping(scene) == []
+    body, length = scene.bodies["cube"], 0.2
+    corners = np.array([(-0.02, y, z) for y in (-0.02, 0.02) for z in (-0.02, 0.02)] + [(length, 0.0, -0.02)])
+    faces = np.array([(0, 1, 3), (0, 3, 2), (1, 0, 4), (3, 1, 4), (2, 3, 4), (0, 2, 4)])
+    for away, count in ((0.0, 1), (-0.05, 0)):  # the middle is at 0.29 - 0.02 + 0.055 + away
+        mesh = Mesh(corners + (away, 0.0, 0.0), faces)
+        changed = replace(scene, bodies={**scene.bodies, "cube": replace(body, mesh=mesh)})
+        assert len(tipping(changed)) == count
