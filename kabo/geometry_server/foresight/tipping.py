@@ -100,8 +100,7 @@ def _slice(triangles: Array, height: float, sign: float) -> Array:
     cut = over * heights < 0.0
     share = (over[cut] / (over[cut] - heights[cut]))[:, None]
     crossing = triangles[cut] + share * (ends[cut] - triangles[cut])
-    corners: Array = np.concatenate([triangles[over <= 0.0], crossing])
-    return corners[:, :2]
+    return np.asarray(np.concatenate([triangles[over <= 0.0], crossing])[:, :2])
 
 
 def _common(first: Array, second: Array) -> Array:
