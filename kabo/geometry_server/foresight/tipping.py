@@ -119,4 +119,4 @@ def _common(first: Array, second: Array) -> Array:
             kept += [corner] if here <= 0.0 else []
             kept += [corner + here / (here - there) * (end - corner)] if here * there < 0.0 else []
         area = np.array(kept).reshape(-1, 2)
-    return area
+    return np.asarray(area)
