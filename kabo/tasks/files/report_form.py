@@ -280,6 +280,7 @@ def read_report(content: bytes, file: str) -> Report:
         InputError: it is no report; says what is wrong, and where.
     """
     hint = "kabo task plan FILE -o REPORT.json writes one"
+    given: Any = None  # if a number is larger than any reader knows
     try:
         given = msgspec.json.decode(content)
         found = msgspec.convert(_upgraded(given), type=Report)
