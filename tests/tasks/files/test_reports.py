@@ -73,7 +73,7 @@ def test_the_schema_is_that_of_the_code() -> None:
         (b"[1]", "this is no report of planning: Expected `object`, got `array`"),
         (b"{}", "this is no report of planning: Object missing required field `format`"),
         (b'{"format": "kabo-plan/1"}', "this is no report of planning: it is a plan"),
-        (b'1e999', "this is no report of planning: Number out of range"),
+        (b"1e999", "this is no report of planning: Number out of range"),
         (
             b'{"certificate": "' + b"a" * 300 + b'", "format": "kabo-plan/2"}',
             "this is no report of planning: it is a plan",
