@@ -72,7 +72,7 @@ def _compiled_first(options: argparse.Namespace) -> float:
     needs = getattr(options, "needs_kernels", None)
     if needs is None or usual_kernels_compiled() or not needs(options):
         return 0.0
-    tell("kabo: compiling kernels, which takes a minute or two, once; --timeout counts from then on")
+    tell("kabo: compiling kernels, which takes some minutes, once; --timeout counts from then on")
     began = perf_counter()
     display = Display(began)
     display.show(COMPILING)
