@@ -292,8 +292,7 @@ class _Executor(Carrier):
         for _ in range(MOST_RESTS):
             now: dict[str, Array] = {}
             for _ in self._looks(SETTLED_AFTER):
-                now |= self._poses()
-                self._seen()
+                now |= self._look()
             means = self.looks.poses(now)
             now = {name: means[name] for name in now}
             allowed = self.looks.still(AT_REST)

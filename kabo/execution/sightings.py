@@ -1,13 +1,14 @@
 """When bodies were seen last: one that is not seen for some time while somebody looks may be anywhere.
 
-While nobody looks, as when a sensor measures or a plan is made, robots' clocks go on; that time does not count.
+While nobody looks, as when a sensor measures or a plan is made, robots' clocks go on; of such a time only the beginning
+counts. So looks count that are few because the machine is busy, and a body that they do not see is gone in the end.
 """
 
 from collections.abc import Iterable, Iterator
 
 GONE_AFTER = 1.0  # [s] after which a body that is not seen may be anywhere
 WATCH_RATE = 100.0  # [Hz], how often is looked
-MISSED_LOOKS = 10.0  # in a row, if nobody looks
+MISSED_LOOKS = 10.0  # the most that count in a row
 
 
 class Sightings:
@@ -31,7 +32,7 @@ class Sightings:
         """Takes a look into account: the bodies that are seen at a time [s]."""
         pause = 0.0 if self._looked is None else time - self._looked
         if pause > self._pause:
-            self._seen_at = {name: last + pause for name, last in self._seen_at.items()}
+            self._seen_at = {name: last + pause - self._pause for name, last in self._seen_at.items()}
         self._looked, found = time, dict.fromkeys(seen, time)
         if found and not self._seen_at:
             self._seen_at = dict.fromkeys(self._bodies, time)

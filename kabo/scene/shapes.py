@@ -60,7 +60,7 @@ def primitive(shape: Shape) -> Mesh:
     if shape.size is None:
         raise ValueError(f"a {shape.kind} needs a size")
     if shape.kind == "box":
-        return Mesh(_UNIT_BOX * np.asarray(shape.size), _BOX_FACES)
+        return Mesh(_UNIT_BOX * np.asarray(shape.size), _BOX_FACES.copy())
     if shape.kind == "cylinder":
         import trimesh
 

@@ -17,9 +17,19 @@ def test_a_body_is_gone_after_a_second_of_looking_and_not_of_waiting() -> None:
     for k in range(1, 31):
         sightings.saw(("jug",), 5.8 + 0.01 * k)
     name, seconds = sightings.gone(6.1)
-    assert name == "cup" and seconds == pytest.approx(1.1) and seconds > GONE_AFTER
+    assert name == "cup" and seconds == pytest.approx(1.2) and seconds > GONE_AFTER
     sightings.saw(("cup",), 6.11)
     assert sightings.gone(6.11) is None
+
+
+@pytest.mark.parametrize("apart", [0.05, 0.2, 1.0])
+def test_a_body_that_no_look_sees_is_gone_however_seldom_a_busy_machine_looks(apart: float) -> None:
+    sightings = Sightings(("cup", "jug"))
+    sightings.saw(("cup", "jug"), 0.0)
+    for k in range(1, 30):
+        sightings.saw(("jug",), apart * k)
+    found = sightings.gone(apart * 29)
+    assert found is not None and found[0] == "cup"
 
 
 def test_what_has_never_seen_anything_is_no_camera() -> None:
