@@ -15,14 +15,14 @@ import numpy as np
 from kabo import geometry  # its names load when they are used: python-fcl only here
 from kabo.arrays import Array
 from kabo.errors import InputError
-from kabo.geometry import Enclosure, FixedGroup, Solid
+from kabo.geometry import Solid
 from kabo.geometry_server.foresight.measures import millimetres
+from kabo.geometry_server.foresight.things import Thing, placed, things_at_start
 from kabo.geometry_server.predicates import ScenePredicates
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.support_relations import supports, why_unsupported
 from kabo.geometry_server.surroundings import SceneSurroundings
-from kabo.scene import Mesh, link_poses, world_T
-from kabo.scene.transforms import flat, inverse
+from kabo.scene.transforms import inverse
 
 KEY = "start faults"  # of what surroundings remember
 TOUCHING = 1e-4  # [m]: as far as constraints of placements hold, and as deep as what stands may lie in its support
@@ -81,42 +81,13 @@ def overlapping(surroundings: SceneSurroundings, situation: Situation, name: str
     return None
 
 
-@dataclass(frozen=True)
-class _Thing:
-    """A body or link at the start: its name, its mesh, its pose, and its box in the world."""
-
-    name: str
-    mesh: Mesh
-    pose: Array
-    low: Array
-    high: Array
-
-    @classmethod
-    def at(cls, name: str, mesh: Mesh, pose: Array) -> "_Thing":
-        points = _placed(mesh.vertices, pose)
-        return cls(name, mesh, pose, points.min(axis=0), points.max(axis=0))
-
-    def group(self, lowered: float = 0.0) -> FixedGroup:
-        """The thing for exact predicates, which read its mesh only, let down by some length [m]."""
-        pose = self.pose.copy()
-        pose[2, 3] -= lowered
-        return FixedGroup(
-            flat(pose), Enclosure((np.stack([self.low, self.high]),), 0.0), (self.mesh.vertices, self.mesh.faces)
-        )
-
-
 class _Start:
     """The things of a scene at its start."""
 
     def __init__(self, surroundings: SceneSurroundings, parts: bool) -> None:
         self.surroundings, self.scene, self.parts = surroundings, surroundings.scene, parts
         state = self.scene.start
-        bodies = {name: (body.mesh, world_T(self.scene, state, name)) for name, body in self.scene.bodies.items()}
-        for name, robot in self.scene.robots.items():
-            poses = link_poses(robot, state.robots[name])
-            found = ((link, part.mesh) for link, part in robot.links.items() if part.mesh is not None)
-            bodies |= {f"{name}.{link}": (mesh, poses[link]) for link, mesh in found if mesh is not None}
-        self.things = [_Thing.at(name, mesh, pose) for name, (mesh, pose) in bodies.items() if len(mesh.faces)]
+        self.things = things_at_start(self.scene)
         situation = Situation.of(state)
         roots = {name: situation.held(name).parent.partition(".") for name in state.objects}
         self.holders = {name: robot for name, (robot, dot, _) in roots.items() if dot}
@@ -159,7 +130,7 @@ class _Start:
 
     # --------------------------------------------------------------------------------------------------- pairs
     def _pair(
-        self, own: _Thing, other: _Thing, carried: tuple[str, ...], done: set[frozenset[str]]
+        self, own: Thing, other: Thing, carried: tuple[str, ...], done: set[frozenset[str]]
     ) -> StartFault | None:
         pair, epsilon = frozenset((own.name, other.name)), self.surroundings.budget.epsilon
         if (
@@ -193,7 +164,7 @@ class _Start:
         gripper = None if holder is None else self.scene.robots[holder].gripper
         return gripper is not None and link in gripper.touch_links
 
-    def _overlap(self, own: _Thing, other: _Thing) -> StartFault | None:
+    def _overlap(self, own: Thing, other: Thing) -> StartFault | None:
         """Two things that share points, more than at a contact: how deep, and whether one stands inside the other."""
         ours, theirs = _depths(own, other), _depths(other, own)
         depth = max(float(ours.max()), float(theirs.max()))
@@ -211,7 +182,7 @@ class _Start:
         return StartFault("overlap", things, said, hint, depth)
 
     @staticmethod
-    def _hangs_on(own: _Thing, other: _Thing) -> bool:
+    def _hangs_on(own: Thing, other: Thing) -> bool:
         """Whether two things only touch: lifted by twice the tolerance, or let down by it, they do not overlap."""
         lengths = (-2.0 * TOUCHING, 2.0 * TOUCHING)
         return not all(geometry.exact_collides(own.group(length), other.group()) for length in lengths)
@@ -225,7 +196,7 @@ class _Start:
             return True
 
     # ------------------------------------------------------------------------------------------------- supports
-    def _unsupported(self, own: _Thing) -> Iterator[StartFault]:
+    def _unsupported(self, own: Thing) -> Iterator[StartFault]:
         """A fault if nothing carries an object: the gap below it, or why what it touches is no support."""
         gaps = [
             (gap, other.name) for other in self.things if other is not own if (gap := _gap(own, other)) is not None
@@ -245,18 +216,14 @@ class _Start:
             yield StartFault("floating", (own.name, below), said, f"lower it by {millimetres(gap)}", gap)
 
 
-def _raised(own: _Thing, other: _Thing) -> str:
+def _raised(own: Thing, other: Thing) -> str:
     """How much higher an object is free of what is under its middle, as the end of a remedy; empty if little is there."""
     middle, height = 0.5 * (own.low + own.high), float(other.high[2] - own.low[2])
     carries = bool(np.all(other.low[:2] <= middle[:2]) and np.all(middle[:2] <= other.high[:2]))
     return f"; {own.name} is above {other.name} if it is {millimetres(height)} higher" if carries else ""
 
 
-def _placed(points: Array, pose: Array) -> Array:
-    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
-
-
-def _depths(inner: _Thing, outer: _Thing) -> Array:
+def _depths(inner: Thing, outer: Thing) -> Array:
     """How deep points of the inner body lie in the outer solid [m]; negative outside.
 
     The points are the corners and middles of the mesh's triangles, and what lies half-way to their mean, if inside.
@@ -265,13 +232,13 @@ def _depths(inner: _Thing, outer: _Thing) -> Array:
     within = 0.5 * (corners + corners.mean(axis=0))
     own = Solid(corners, inner.mesh.faces)
     points = np.concatenate([corners, corners[inner.mesh.faces].mean(axis=1), within[own.insides(within)]])
-    local = _placed(_placed(points, inner.pose), inverse(outer.pose))
+    local = placed(placed(points, inner.pose), inverse(outer.pose))
     solid = Solid(outer.mesh.vertices, outer.mesh.faces)
     distances = solid.surface_distances(local)
     return np.asarray(np.where(solid.insides(local), distances, -distances))
 
 
-def _gap(own: _Thing, other: _Thing) -> float | None:
+def _gap(own: Thing, other: Thing) -> float | None:
     """How far an object can be let down until it touches another thing [m]; None if it never does.
 
     Whatever is at a distance d is not touched by moving less than d, so steps of the distance never pass it.

@@ -10,9 +10,10 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array
+from kabo.geometry_server.foresight.things import Thing, things_at_start
 from kabo.geometry_server.situation import Situation
-from kabo.meshes import Mesh
-from kabo.scene import Scene, link_poses, world_T
+from kabo.meshes.soundness import examine
+from kabo.scene import Scene
 
 NEAR = 1e-3  # [m] within which things may touch, and less than which nothing is told
 
@@ -26,48 +27,26 @@ class Tipping:
     metres: float
 
 
-@dataclass(frozen=True)
-class _Placed:
-    """Triangles (T, 3, 3) of a body or link in the world [m], and their box."""
-
-    name: str
-    triangles: Array
-    low: Array
-    high: Array
-
-    @classmethod
-    def at(cls, name: str, mesh: Mesh, pose: Array) -> "_Placed":
-        points = mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
-        return cls(name, points[mesh.faces], points.min(axis=0), points.max(axis=0))
-
-    def meets(self, other: "_Placed") -> bool:
-        return bool((self.low <= other.high + NEAR).all() and (other.low <= self.high + NEAR).all())
-
-
 def tipping(scene: Scene) -> list[Tipping]:
     """The objects which tip over at the start, of those that can be grasped, in the scene's order.
 
     Other movable ones may hang on something, or run on rails.
     """
-    state = scene.start
-    held = {name for name in state.objects if "." in Situation.of(state).held(name).parent}
-    things = [_Placed.at(name, body.mesh, world_T(scene, state, name)) for name, body in scene.bodies.items()]
-    for robot in scene.robots.values():
-        poses = link_poses(robot, state.robots[robot.name])
-        links = ((name, link.mesh) for name, link in robot.links.items())
-        things += [
-            _Placed.at(f"{robot.name}.{name}", mesh, poses[name]) for name, mesh in links if mesh is not None
-        ]
+    situation = Situation.of(scene.start)
+    held = {name for name in scene.start.objects if "." in situation.held(name).parent}
+    things = things_at_start(scene)
     loose = {body.name for body in scene.bodies.values() if body.movable and body.grasps} - held
     found = (_beside(own, things) for own in things if own.name in loose)
     return [each for each in found if each is not None]
 
 
-def _beside(own: _Placed, things: list[_Placed]) -> Tipping | None:
-    """How an object tips over; None if it may stand."""
-    met = [other for other in things if other is not own and own.meets(other)]
+def _beside(own: Thing, things: list[Thing]) -> Tipping | None:
+    """How an object tips over; None if it may stand, or has surfaces that enclose nothing."""
+    met = [other for other in things if other is not own and _meet(own, other)]
+    if not met or any(other.high[2] > own.low[2] + NEAR for other in met) or not examine(own.mesh).is_closed:
+        return None
     middle = _middle(own.triangles)
-    if not met or middle is None or any(other.high[2] > own.low[2] + NEAR for other in met):
+    if middle is None:
         return None
     base = _slice(own.triangles, own.low[2] + NEAR, 1.0)
     shared = [_common(base, _slice(other.triangles, own.low[2] - NEAR, -1.0)) for other in met]
@@ -80,10 +59,13 @@ def _beside(own: _Placed, things: list[_Placed]) -> Tipping | None:
     return Tipping(own.name, carriers, metres) if metres > NEAR else None
 
 
+def _meet(first: Thing, second: Thing) -> bool:
+    """Whether the boxes of two things are near each other."""
+    return bool((first.low <= second.high + NEAR).all() and (second.low <= first.high + NEAR).all())
+
+
 def _middle(triangles: Array) -> Array | None:
-    """The centre of the solid within triangles (T, 3, 3); None if they enclose none."""
-    if not len(triangles):
-        return None
+    """The centre of the solid within triangles (T, 3, 3), by tetrahedra from one corner [Tonon 2004]; None: it is flat."""
     origin = triangles[0, 0]
     corners = triangles - origin
     volumes = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))

@@ -9,7 +9,7 @@ import pytest
 from kabo.geometry_server import start_findings
 from kabo.geometry_server.foresight.tipping import tipping
 from kabo.meshes import Mesh
-from kabo.scene import Scene, load_scene
+from kabo.scene import Scene, attachment, load_scene
 from tests.planner.gantry import gantry_problem
 
 Walls = dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]
@@ -20,6 +20,16 @@ def scene_of(folder: Path, *, things: dict[str, tuple[float, float, float]], wal
     described = gantry_problem(folder, things=things, walls=walls).scene
     assert described is not None
     return load_scene(described)
+
+
+def falls(scene: Scene) -> bool:
+    """Whether MuJoCo lets the cube fall from the block."""
+    from kabo.simulation import Physics
+
+    physics = Physics(scene)
+    for _ in range(round(2.0 / physics.settings.timestep)):
+        physics.step()
+    return bool(physics.pose("cube")[2, 3] < 0.1)
 
 
 def test_an_object_whose_middle_is_beside_its_support_is_told_with_the_distance(tmp_path: Path) -> None:
@@ -48,15 +58,10 @@ def test_what_stands_on_two_things_or_is_held_from_above_or_the_side_may_stay(tm
 @pytest.mark.parametrize("x", [0.29, 0.298, 0.302, 0.31])
 def test_what_is_told_falls_in_physics_and_the_others_stand(tmp_path: Path, x: float) -> None:
     pytest.importorskip("mujoco")
-    from kabo.simulation import Physics
-
     scene = scene_of(tmp_path, things={"cube": (x, 0.0, 0.12)}, walls={"block": BLOCK})
-    physics = Physics(scene)
-    for _ in range(round(1.5 / physics.settings.timestep)):
-        physics.step()
-    falls = bool(physics.pose("cube")[2, 3] < 0.1)
-    assert [each.name for each in tipping(scene)] == (["cube"] if falls else [])
-    assert falls == (x > 0.3)
+    fallen = falls(scene)
+    assert [each.name for each in tipping(scene)] == (["cube"] if fallen else [])
+    assert fallen == (x > 0.3)
 
 
 def test_the_middle_of_an_object_of_any_shape_counts_and_not_that_of_its_box(tmp_path: Path) -> None:
@@ -70,3 +75,31 @@ def test_the_middle_of_an_object_of_any_shape_counts_and_not_that_of_its_box(tmp
         mesh = Mesh(corners + (away, 0.0, 0.0), faces)
         changed = replace(scene, bodies={**scene.bodies, "cube": replace(body, mesh=mesh)})
         assert len(tipping(changed)) == count
+
+
+def test_the_middle_of_an_open_surface_is_unknown_and_not_told(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, things={"cube": (0.306, 0.0, 0.12)}, walls={"block": BLOCK})
+    assert len(tipping(scene)) == 1
+    body = scene.bodies["cube"]
+    opened = replace(body, mesh=Mesh(body.mesh.vertices, body.mesh.faces[:-2]))
+    assert tipping(replace(scene, bodies={**scene.bodies, "cube": opened})) == []
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_boxes_of_any_size_and_turn_are_told_only_if_they_fall(tmp_path: Path, seed: int) -> None:
+    pytest.importorskip("mujoco")
+    random = np.random.default_rng(seed)
+    size, angle, beside = random.uniform(0.02, 0.12, 3), random.uniform(0.0, np.pi), random.uniform(-0.012, 0.012)
+    described = gantry_problem(tmp_path, walls={"block": BLOCK}).scene
+    assert described is not None
+    turned = np.eye(4)
+    turned[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    turned[:3, 3] = 0.3 + beside, 0.0, 0.1 + size[2] / 2
+    scene = load_scene(described)
+    mesh = Mesh(scene.bodies["cube"].mesh.vertices / 0.04 * size, scene.bodies["cube"].mesh.faces)
+    scene = replace(
+        scene,
+        bodies={**scene.bodies, "cube": replace(scene.bodies["cube"], mesh=mesh)},
+        start=scene.start.replace({"cube": attachment("world", turned)}),
+    )
+    assert bool(tipping(scene)) == falls(scene) == (beside > 0.0)
