@@ -354,17 +354,6 @@ class Carrier:
                 self.looks.note(seen)
         return seen
 
-    def _look(self) -> Mapping[str, Array]:
-        """The poses (4, 4) of bodies that are seen now; with noise, each is one more look for its mean."""
-        seen = self._poses()
-        if self.looks.noise is not None:
-            self.watch.look(seen, self._robot.state(), self.belief)
-        return seen
-
-    def _seen(self) -> Mapping[str, Array]:
-        """The poses (4, 4) of bodies, as they were seen last since robots stand; with noise, the means of looks at them."""
-        return self.looks.poses(self._look())
-
     def _halt(self, surprise: Surprise | None) -> None:
         """A planned stop.
 

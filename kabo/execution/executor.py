@@ -4,7 +4,7 @@ States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `
 `answer`, `proven`, and at the end `goal` or `stopped`. The state by the plan changes only when a motion has succeeded.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import NamedTuple
@@ -306,6 +306,17 @@ class _Executor(Carrier):
                 return
         if late is not None:
             raise Stopped(f"{stop.reason}; {late}, and does not come back", stop.surprise)
+
+    def _look(self) -> Mapping[str, Array]:
+        """The poses (4, 4) of bodies that are seen now; with noise, each is one more look for its mean."""
+        seen = self._poses()
+        if self.looks.noise is not None:
+            self.watch.look(seen, self._robot.state(), self.belief)
+        return seen
+
+    def _seen(self) -> Mapping[str, Array]:
+        """The poses (4, 4) of bodies, as they were seen last since robots stand; with noise, the means of looks at them."""
+        return self.looks.poses(self._look())
 
     def _gone(self) -> Surprise | None:
         return self.watch.gone(self.time, self.name)
