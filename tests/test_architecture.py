@@ -34,7 +34,7 @@ REMEMBERED = {
     "kabo/simulation/masses.py": {"_MADE"},  # by the mesh's digest and the density
     "kabo/compilation/cache.py": {"_private_folder", "_takes_files", "_warn_of"},  # of this installation
     "kabo/compilation/compiling.py": {"_sources_digest", "_numba", "_links"},
-    "kabo/compilation/linking.py": {"whole_compiler", "part_compiler"},
+    "kabo/compilation/linking.py": {"whole_compiler", "part_compiler", "part"},
     "kabo/exploration/gaussian_processes.py": {"_sklearn", "_libraries"},  # loaded code
     "kabo/finite_domain/search/blind_search.py": {"_compiled"},  # loaded code
     "kabo/finite_domain/heuristics/landmark_bound.py": {"_kernel"},

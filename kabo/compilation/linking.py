@@ -6,7 +6,8 @@ Python calls, and the *part*, which other kernels call. A part is typed and lowe
 only inside the wholes of its callers. Only wholes are stored on disk.
 
 This depends on numba's `pipeline_class` and on a few private methods of its code libraries [numba/core/codegen.py].
-`linking_works` tries it; where it does not work, kernels are compiled in numba's own way, which takes longer.
+`linking_works` tries it; where it does not work, kernels are compiled in numba's own way, which takes longer to compile
+and to load.
 """
 
 import gc
@@ -16,6 +17,8 @@ from typing import Any
 
 import numba
 import numpy as np
+from llvmlite import ir
+from llvmlite.binding import Linkage, parse_assembly, parse_bitcode
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.errors import NumbaError
@@ -24,10 +27,25 @@ from numba.core.types import unliteral
 
 @cache
 def whole_compiler() -> Any:
-    """A numba compiler class that disables garbage collection while compiling, as its objects stay alive."""
+    """A numba compiler class that disables garbage collection while compiling, as its objects stay alive.
+
+    numba stores, beside the machine code, the bitcode that other functions would link, and reads it again with each
+    load: a third of the time of loading. Nothing links a whole, so only the names are stored that numba looks for.
+    """
+
+    class WholeLibrary(JITCodeLibrary):
+        def _get_module_for_linking(self) -> Any:
+            self._ensure_finalized()
+            names, nothing = self._codegen._create_empty_module(self.name), ir.FunctionType(ir.VoidType(), ())
+            for each in self._final_module.functions:
+                if not each.is_declaration and each.linkage == Linkage.external:
+                    ir.IRBuilder(ir.Function(names, nothing, each.name).append_basic_block()).ret_void()
+            return parse_assembly(str(names))
 
     class WholeCompiler(Compiler):
         def compile_extra(self, function: Any) -> Any:
+            self.state.library = WholeLibrary(self.state.targetctx.codegen(), function.__qualname__)
+            self.state.library.enable_object_caching()
             collecting = gc.isenabled()
             gc.disable()
             try:
@@ -89,16 +107,27 @@ def linked(function: Any, options: dict[str, Any], *, stored: bool) -> Any:
     """
     njit: Any = numba.njit  # its types know nothing of its private options
     whole = njit(cache=stored, pipeline_class=whole_compiler(), **options)(function)
-    part = njit(no_cpython_wrapper=True, pipeline_class=part_compiler(), **options)(function)
+
+    @cache
+    def part() -> Any:  # only when a caller is compiled, which is seldom
+        return njit(no_cpython_wrapper=True, pipeline_class=part_compiler(), **options)(function)
 
     def general_template(arguments: Any, keywords: Any) -> Any:
-        return part.get_call_template(
+        return part().get_call_template(
             [unliteral(a) for a in arguments], {name: unliteral(name_type) for name, name_type in keywords.items()}
         )
 
     whole.get_call_template = general_template
-    whole.get_overload = part.get_overload
+    whole.get_overload = lambda signature: part().get_overload(signature)
     return whole
+
+
+def _stores_its_entries(whole: Any) -> bool:
+    """Whether what numba would store of a kernel names the functions by which Python and compiled code enter it."""
+    (compiled,) = whole.overloads.values()
+    _, _, (_, bitcode) = compiled.library.serialize_using_object_code()
+    names = {each.name for each in parse_bitcode(bitcode).functions if not each.is_declaration}
+    return names >= {compiled.fndesc.llvm_func_name, compiled.fndesc.llvm_cpython_wrapper_name}
 
 
 def linking_works(options: dict[str, Any]) -> bool:
@@ -121,9 +150,13 @@ def linking_works(options: dict[str, Any]) -> bool:
             linked(scaled, options, stored=False),
             linked(third, {**options, "_nrt": False}, stored=False),
         )
-        if linked(outer, options, stored=False)(np.arange(4.0)) == 2.0 + 2.0 / 3.0 + 1.0:
+        tried = linked(outer, options, stored=False)
+        if tried(np.arange(4.0)) != 2.0 + 2.0 / 3.0 + 1.0:
+            reason = "a kernel that calls two others computes something else"
+        elif not _stores_its_entries(tried):
+            reason = "a stored kernel lacks its entries"
+        else:
             return True
-        reason = "a kernel that calls two others computes something else"
     except (NumbaError, AttributeError, TypeError, ValueError, LookupError, RuntimeError, AssertionError) as error:
         reason = f"{type(error).__name__}: {error}"
     warnings.warn(

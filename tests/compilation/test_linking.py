@@ -6,9 +6,11 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from llvmlite.binding import parse_bitcode
 
 from kabo.compilation import kernel, lean_kernel
 
@@ -150,6 +152,29 @@ def test_wholes_are_stored_and_found_in_any_order(tmp_path):
         assert scaled == [0, 2, 4, 6, 8]
     assert [answer[4] for answer in answers] == [0, 1, 1]
     assert [answer[5] for answer in answers] == [0, 1, 1]
+
+
+@compiled
+def test_of_the_bitcode_of_a_whole_only_the_names_are_stored():
+    outer(np.arange(3.0))
+    (made,) = outer.overloads.values()
+    _, _, (_, bitcode) = made.library.serialize_using_object_code()
+    functions = [each for each in parse_bitcode(bitcode).functions if not each.is_declaration]
+    assert made.fndesc.llvm_cpython_wrapper_name in {each.name for each in functions}
+    assert {sum(1 for block in each.blocks for _ in block.instructions) for each in functions} == {1}
+
+
+@compiled
+def test_a_numba_whose_stored_kernels_lack_their_entries_does_not_link(monkeypatch):
+    from kabo.compilation import linking  # after numba, whose settings kernels make
+
+    monkeypatch.setattr(linking, "Linkage", SimpleNamespace(external=None))
+    linking.whole_compiler.cache_clear()
+    try:
+        with pytest.warns(RuntimeWarning, match="a stored kernel lacks its entries"):
+            assert not linking.linking_works({"nogil": True})
+    finally:
+        linking.whole_compiler.cache_clear()
 
 
 @compiled
