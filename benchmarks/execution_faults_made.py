@@ -15,7 +15,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.execution import KnownTruth
 from kabo.plan import Plan
-from kabo.scene import Scene, link_poses
+from kabo.scene import Scene, link_pose
 from kabo.simulation import Physics, SimulatedRobot
 from kabo.streams import stream_key, uniforms
 
@@ -168,7 +168,7 @@ class Disturbance:
             if robot.tool is None or stretch.trajectory.joints != robot.planned_joints:
                 continue
             values = [*stretch.trajectory.at(ahead).tolist(), *physics.configuration(robot.name)[robot.planned :]]
-            place = link_poses(robot, tuple(values))[robot.tool.frame][:3, 3]
+            place = link_pose(robot, tuple(values), robot.tool.frame)[:3, 3]
             body = self._body(free)
             if float(np.linalg.norm(offset := place - physics.pose(body)[:3, 3])) > 0.1:
                 physics.displace(body, np.array([offset[0], offset[1], 0.0]))

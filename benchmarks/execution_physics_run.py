@@ -20,7 +20,7 @@ from kabo.execution import Follower, KnownTruth, Margins, Run, execute
 from kabo.execution.following import Setpoint
 from kabo.plan import ObjectPose, Plan, StateChange, state_after
 from kabo.recovery.relations import relations
-from kabo.scene import Scene, attachment, beginning_at, link_poses, motion_limits, world_T
+from kabo.scene import Scene, attachment, beginning_at, link_pose, motion_limits, world_T
 from kabo.simulation import ContactJudge, PhysicsSettings, SimulatedRobot
 
 Outcomes = tuple[str, ...]  # of what is asked in a run, in order
@@ -225,7 +225,7 @@ class MeasuredRobot(SimulatedRobot):
             now = self.physics.configuration(stretch.robot)
             wanted = (*stretch.trajectory.at(time).tolist(), *now[robot.planned :])
             frame = robot.tool.frame if robot.tool is not None else next(reversed(robot.links))
-            off = link_poses(robot, now)[frame][:3, 3] - link_poses(robot, wanted)[frame][:3, 3]
+            off = link_pose(robot, now, frame)[:3, 3] - link_pose(robot, wanted, frame)[:3, 3]
             room = self.margins.of_segment(stretch.node, stretch.segment) - float(np.linalg.norm(off))
             self.measured.looks += 1
             self.measured.beyond += room <= 0.0

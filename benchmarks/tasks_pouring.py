@@ -22,7 +22,7 @@ from table import Table
 from tasks_applications import Application, applications
 from tasks_judge import Judge, looks
 
-from kabo.scene import link_poses
+from kabo.scene import link_pose
 from kabo.tasks import Solution
 from kabo.tasks.robots import stretches
 
@@ -153,7 +153,7 @@ def _carrying(solution: Solution, judge: Judge) -> list[tuple[str, Any, Any]]:
 
 
 def _tool(q: Any, judge: Judge) -> Any:
-    return link_poses(judge.scene.robots["arm"], q)["tool0"]
+    return link_pose(judge.scene.robots["arm"], q, "tool0")
 
 
 def _leaning(axis: Any, q: Any, judge: Judge) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.motion import Held
-from kabo.scene import Scene, link_poses
+from kabo.scene import Scene, link_pose
 
 STEP = 0.002  # [s] between places on the path
 ROUNDING = 1e-3  # share by which differences of places may be off
@@ -35,7 +35,7 @@ def load_of(scene: Scene, robot: str, values: Sequence[float], offset: Array, ma
     hand = tuple(values[own.planned :])
 
     def places(rows: Array) -> Array:
-        poses = (link_poses(own, (*row.tolist(), *hand))[frame] for row in rows)
+        poses = (link_pose(own, (*row.tolist(), *hand), frame) for row in rows)
         return np.array([pose[:3, :3] @ offset + pose[:3, 3] for pose in poses])
 
     return Held(places, greatest)

@@ -12,7 +12,7 @@ from kabo.scene.elements import Element, ElementKind, is_open, one_mesh, with_hu
 from kabo.scene.inner_meshes import inner_mesh
 from kabo.scene.kept import KeptScenes, memory_of
 from kabo.scene.motion_limits import motion_limits
-from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
+from kabo.scene.robots import Gripper, Link, Robot, Tool, link_pose, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
 from kabo.scene.sensors import Sensor, beyond_angle
 from kabo.scene.shapes import element_of, mesh_of
@@ -51,6 +51,7 @@ __all__ = [
     "element_of",
     "inner_mesh",
     "is_open",
+    "link_pose",
     "link_poses",
     "load_mesh",
     "KeptScenes",

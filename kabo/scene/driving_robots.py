@@ -14,7 +14,7 @@ from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import FARTHEST, DriveDescription, RobotDescription
 from kabo.scene.drives import BASE_VALUES, Drive, edges_of, hull_of_points
-from kabo.scene.robots import Robot, link_poses
+from kabo.scene.robots import Robot, link_pose, link_poses
 from kabo.scene.tree import PRISMATIC, REVOLUTE
 from kabo.scene.urdf_file import refusal
 
@@ -188,7 +188,7 @@ def _joint_pose(robot: Robot, joint: int, pose: tuple[float, float, float]) -> A
     """The pose world_T_joint (4, 4) in the convention of the tree, with the base at a pose and the other joints at zero."""
     q = [*pose, *([0.0] * (len(robot.joint_names) - BASE_VALUES))]
     name = next(name for name, link in robot.links.items() if link.joint == joint)
-    return np.asarray(link_poses(robot, q)[name] @ np.linalg.inv(robot.links[name].joint_T_link))
+    return np.asarray(link_pose(robot, q, name) @ np.linalg.inv(robot.links[name].joint_T_link))
 
 
 def _moved(pose: tuple[float, float, float]) -> Array:

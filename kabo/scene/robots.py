@@ -188,12 +188,41 @@ class Robot:
 
     def expand(self, q: Sequence[float]) -> Array:
         """A configuration in pinocchio's form: with mimic and locked joints, and continuous joints as cosine and sine."""
-        full = np.zeros(self.model.nq)
-        for j in range(1, self.model.njoints):
-            joint, actuation = self.model.joints[j], self.actuation
-            value = actuation.ratio[j] * q[actuation.source[j]] + actuation.shift[j]
-            full[joint.idx_q : joint.idx_q + joint.nq] = value if joint.nq == 1 else (np.cos(value), np.sin(value))
+        source, ratio, shift, single, places, continuous = self._expansion
+        values, full = ratio * np.asarray(q, np.float64)[source] + shift, np.zeros(self.model.nq)
+        full[places] = values[single]
+        for j, place in continuous:
+            full[place : place + 2] = np.cos(values[j]), np.sin(values[j])
         return full
+
+    @cached_property
+    def _expansion(self) -> tuple[Any, ...]:
+        """`actuation` as arrays, without the universe; joints of one value, and places; places of those of two."""
+        joints, own = list(self.model.joints)[1:], self.actuation
+        single = [j for j, joint in enumerate(joints) if joint.nq == 1]
+        continuous = [(j, joint.idx_q) for j, joint in enumerate(joints) if joint.nq != 1]
+        places = np.array([joints[j].idx_q for j in single], np.int64)
+        source = np.array(own.source[1:], np.int64)
+        return (
+            source,
+            np.array(own.ratio[1:]),
+            np.array(own.shift[1:]),
+            np.array(single, np.int64),
+            places,
+            continuous,
+        )
+
+    @cached_property
+    def placements(self) -> dict[str, tuple[int, Array]]:
+        """Of each link, pinocchio's joint that carries it, and its pose (4, 4) in the frame of this joint."""
+        import pinocchio
+
+        frames = (frame for frame in self.model.frames if frame.type == pinocchio.FrameType.BODY)
+        return {
+            frame.name: (frame.parentJoint, frame.placement.homogeneous)
+            for frame in frames
+            if frame.name in self.links
+        }
 
     def neighbours(self, first: str, second: str) -> bool:
         """Whether two links belong to one moving joint, or to a joint and its parent: such pairs are never checked."""
@@ -258,12 +287,22 @@ class Robot:
 
 def link_poses(robot: Robot, q: Sequence[float]) -> dict[str, Array]:
     """The pose world_T_link (4, 4) of every link, computed by pinocchio; kernels are compared with it."""
+    return _poses(robot, q, robot.placements)
+
+
+def link_pose(robot: Robot, q: Sequence[float], link: str) -> Array:
+    """The pose world_T_link (4, 4) of one link, as `link_poses` has it, in half the time.
+
+    Raises:
+        KeyError: the robot has no such link.
+    """
+    return _poses(robot, q, {link: robot.placements[link]})[link]
+
+
+def _poses(robot: Robot, q: Sequence[float], placements: Mapping[str, tuple[int, Array]]) -> dict[str, Array]:
     import pinocchio
 
     pinocchio.forwardKinematics(robot.model, robot.data, robot.expand(q))
-    joints = [placement.homogeneous for placement in robot.data.oMi]
-    result = {}
-    for frame in robot.model.frames:
-        if frame.type == pinocchio.FrameType.BODY and frame.name in robot.links:
-            result[frame.name] = joints[frame.parentJoint] @ frame.placement.homogeneous
-    return result
+    placed = robot.data.oMi
+    joints = {joint: placed[joint].homogeneous for joint in {joint for joint, _ in placements.values()}}
+    return {name: joints[joint] @ local for name, (joint, local) in placements.items()}

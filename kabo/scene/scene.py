@@ -32,7 +32,7 @@ from kabo.meshes import Mesh, unusable
 from kabo.phases import phase
 from kabo.scene.bounds import findings
 from kabo.scene.elements import Element
-from kabo.scene.robots import Robot, link_poses
+from kabo.scene.robots import Robot, link_pose
 from kabo.scene.semantics import links_named, unknown_links
 from kabo.scene.shapes import CYLINDER_SIDES, element_of, mesh_of
 from kabo.scene.state import Attachment, GeometricState
@@ -167,7 +167,7 @@ def world_T(scene: Scene, state: GeometricState, name: str) -> Array:
     if name in scene.regions:
         return scene.regions[name].world_T_region
     robot, _, link = name.partition(".")
-    return link_poses(scene.robots[robot], state.robots[robot])[link]
+    return link_pose(scene.robots[robot], state.robots[robot], link)
 
 
 class _Loader:
@@ -209,7 +209,7 @@ class _Loader:
                 text = f'unknown link "{link}" of robot "{robot}"'
                 raise InputError([Diagnostic(at.file, at.line, at.column, text, None, at.length)])
             q = found.start(self.description.robots[robot])
-            self.poses[name] = link_poses(found, q)[link]
+            self.poses[name] = link_pose(found, q, link)
         elif name in self.description.bodies:
             self.poses[name] = self.pose(self.description.bodies[name].pose)
         else:

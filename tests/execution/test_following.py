@@ -11,7 +11,7 @@ from kabo.execution import Follower, Motion, following, motion_of, parts_of
 from kabo.execution.loads import LoadOnPath
 from kabo.motion import Held
 from kabo.plan import Plan
-from kabo.scene import Scene, link_poses, motion_limits
+from kabo.scene import Scene, link_pose, motion_limits
 
 RATE = 1000.0
 REPOSITORY = Path(__file__).parents[2]
@@ -99,7 +99,7 @@ def test_a_stop_does_not_shake_off_what_is_held(
 
     def places(rows: np.ndarray) -> np.ndarray:
         hand = stacked_scene.start.robots[transfer.robot][robot.planned :]
-        return np.array([link_poses(robot, (*row.tolist(), *hand))[tool.frame][:3, 3] for row in rows])
+        return np.array([link_pose(robot, (*row.tolist(), *hand), tool.frame)[:3, 3] for row in rows])
 
     free = Held(places, 1e9)
     along = LoadOnPath.along(free, times, transfer.trajectory.at(times))

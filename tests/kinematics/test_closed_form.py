@@ -12,7 +12,7 @@ from kabo.kinematics.closed_form import branches, end_poses, with_the_same_pose
 from kabo.language.formulas import Place
 from kabo.language.recorded_paths import installed_folder
 from kabo.language.scene_description import PoseDescription, RobotDescription
-from kabo.scene import NoStructure, Robot, Structure, link_poses
+from kabo.scene import NoStructure, Robot, Structure, link_pose
 from kabo.scene.transforms import transform
 from kabo.scene.urdf import load_robot
 from kabo.streams import stream_key
@@ -51,7 +51,7 @@ def tool_pose(robot: Robot, q: object) -> np.ndarray:
     values = np.zeros(robot.tree.size)
     values[: robot.planned] = np.asarray(q)[: robot.planned]
     assert robot.tool is not None
-    return link_poses(robot, values)[robot.tool.frame]
+    return link_pose(robot, values, robot.tool.frame)
 
 
 def reached(robot: Robot, pose: np.ndarray, number: int = 1) -> Reached:
@@ -145,7 +145,7 @@ def test_out_of_reach_says_by_how_much(arm6: Robot) -> None:
     q = np.radians([20.0, 60.0, 0.0, 0.0, 20.0, 0.0])  # upper arm and forearm in line
     pose = tool_pose(arm6, q)
     wrist = pose[:3, 3] - 0.1 * pose[:3, 2]
-    shoulder = link_poses(arm6, q)["link_2"][:3, 3]
+    shoulder = link_pose(arm6, q, "link_2")[:3, 3]
     pose[:3, 3] += 0.12 * (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
     answer = solutions(arm6, pose, KEY, 1)
     assert isinstance(answer, OutOfReach) and answer.missing == pytest.approx(0.12, abs=0.005)

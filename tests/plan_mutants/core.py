@@ -12,7 +12,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.language.problem import Problem
 from kabo.plan import Plan, Segment
-from kabo.scene import Scene, link_poses, load_scene
+from kabo.scene import Scene, link_pose, load_scene
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ def tool_pose(case: Case, segment: Segment, row: Sequence[float]) -> Array:
     q = np.zeros(len(robot.joint_names))
     q[[robot.joint_names.index(joint) for joint in segment.joints]] = row
     assert robot.tool is not None
-    return np.asarray(link_poses(robot, tuple(q))[robot.tool.frame])
+    return np.asarray(link_pose(robot, tuple(q), robot.tool.frame))
 
 
 def moved_row(case: Case, segment: Segment, row: Sequence[float], shift: Array) -> tuple[float, ...] | None:

@@ -16,7 +16,7 @@ from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 
 from kabo.language.scene_description import PoseDescription, RobotDescription
-from kabo.scene import Mesh, Robot, link_poses
+from kabo.scene import Mesh, Robot, link_pose, link_poses
 from kabo.scene.urdf import load_robot
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.surfaces import surface
@@ -102,7 +102,7 @@ def test_what_is_proven_free_is_free_wherever_one_looks(motion, boxes):
     name = f"l{len(robot.links) - 1}"
     last = SweptBody(f"r.{name}", surface(robot.links[name].mesh), mount=arm.mounts[name])
     things, shapes = [], []
-    middle = link_poses(robot, (rows[0] + rows[1]) / 2)[name][:3, 3]
+    middle = link_pose(robot, (rows[0] + rows[1]) / 2, name)[:3, 3]
     for place, size in boxes:
         world_T = np.eye(4)
         world_T[:3, 3] = middle + place
@@ -111,7 +111,7 @@ def test_what_is_proven_free_is_free_wherever_one_looks(motion, boxes):
     _, left = open_intervals(path, [(last, thing) for thing in things])
     proofs = {pair.second.name: pair.advance(stretches) for pair, stretches in left}
     own = trimesh.Trimesh(robot.links[name].mesh.vertices, robot.links[name].mesh.faces, process=False)
-    poses = [link_poses(robot, q)[name] for q in between(rows)]
+    poses = [link_pose(robot, q, name) for q in between(rows)]
     step = max(np.abs(b - a).sum() for a, b in itertools.pairwise(poses)) * 2
     for thing, shape in zip(things, shapes, strict=True):
         least = min(oracle(own.copy().apply_transform(pose), shape) for pose in poses)
@@ -135,7 +135,7 @@ def test_no_point_moves_farther_than_its_bound(motion):
         turning = arm.turning(arm.mounts[name].joint)
         before = None
         for q in configurations:
-            pose = link_poses(robot, q)[name]
+            pose = link_pose(robot, q, name)
             if before is not None:
                 points = link.mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
                 moved = np.linalg.norm(

@@ -14,7 +14,7 @@ from kabo.language.scene_description import (
     RobotDescription,
     SensorDescription,
 )
-from kabo.scene import Robot, link_poses
+from kabo.scene import Robot, link_pose, link_poses
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import transform, unflat
 from kabo.scene.urdf import load_robot
@@ -46,6 +46,7 @@ def test_the_tree_has_the_poses_that_pinocchio_has(robot: Robot, share: list[flo
     for name, pose in link_poses(robot, q).items():
         link = robot.links[name]
         assert unflat(world_T[link.joint]) @ link.joint_T_link == pytest.approx(pose, abs=1e-12), name
+        assert (link_pose(robot, tuple(q), name) == pose).all(), name
 
 
 def test_the_kernel_is_its_own_python_original(robot: Robot) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 import kabo
 from kabo.execution import ExecutionSettings, KnownTruth, Margins, Motion, execute
-from kabo.scene import link_poses
+from kabo.scene import link_pose
 from kabo.simulation import Physics, SimulatedRobot
 
 pytest.importorskip("mujoco")
@@ -31,7 +31,7 @@ class Compared:
             assert own.tool is not None
             now = physics.configuration(stretch.robot)
             wanted = (*stretch.trajectory.at(time).tolist(), *now[own.planned :])
-            there, planned = (link_poses(own, q)[own.tool.frame][:3, 3] for q in (now, wanted))
+            there, planned = (link_pose(own, q, own.tool.frame)[:3, 3] for q in (now, wanted))
             proven = self.margins.of_segment(stretch.node, stretch.segment)
             self.left = min(self.left, proven - float(np.linalg.norm(there - planned)))
             self.looks += 1

@@ -13,7 +13,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.plan import ObjectPose, Segment
 from kabo.planner.certify.component_values import ComponentValues, Value
-from kabo.scene import Robot, Scene, link_poses
+from kabo.scene import Robot, Scene, link_pose
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import inverse, transform, unflat
 
@@ -157,4 +157,4 @@ def _world_T(scene: Scene, name: str, state: Mapping[str, Value]) -> Array:
         return np.asarray(_world_T(scene, pose.parent, state) @ own)
     q = state[robot]
     assert isinstance(q, tuple)
-    return np.asarray(link_poses(scene.robots[robot], q)[link] @ own)
+    return np.asarray(link_pose(scene.robots[robot], q, link) @ own)

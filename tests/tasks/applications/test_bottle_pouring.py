@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kabo.language import load_scene_description
-from kabo.scene import Scene, link_poses, load_scene
+from kabo.scene import Scene, link_pose, load_scene
 from kabo.scene.transforms import inverse
 from kabo.tasks import Solution, load_task_file
 from kabo.tasks.files.first_scenes import first_scene
@@ -51,11 +51,11 @@ def test_the_bottle_leans_no_more_than_45_degrees_while_it_is_carried() -> None:
         if axis is not None and each.group == "arm" and path != "pour":
             for a, b in zip(each.path, each.path[1:], strict=False):
                 for share in np.linspace(0.0, 1.0, 20):
-                    up = link_poses(robot, tuple(a + (b - a) * share))["tool0"][:3, :3] @ axis
+                    up = link_pose(robot, tuple(a + (b - a) * share), "tool0")[:3, :3] @ axis
                     assert np.arccos(np.clip(up[2], -1.0, 1.0)) <= np.pi / 4 + 1e-3
                     carried += 1
         if each.attach:
-            axis = inverse(link_poses(robot, each.end)["tool0"])[:3, :3] @ (0.0, 0.0, 1.0)
+            axis = inverse(link_pose(robot, each.end, "tool0"))[:3, :3] @ (0.0, 0.0, 1.0)
         if each.detach:
             axis = None
     assert carried > 100

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import fcl
 import numpy as np
 
-from kabo.scene import Scene, link_poses
+from kabo.scene import Scene, link_pose, link_poses
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Solution
 from kabo.tasks.robots import Stretch, TaskScene, stretches
@@ -127,7 +127,7 @@ class Judge:
         if held.parent == "world":
             return own
         robot, _, link = held.parent.partition(".")
-        return np.asarray(link_poses(self.scene.robots[robot], robots[robot])[link] @ own)
+        return np.asarray(link_pose(self.scene.robots[robot], robots[robot], link) @ own)
 
     def _body(self, name: str, mesh: object, pose: np.ndarray) -> fcl.CollisionObject:
         if name not in self._models:

@@ -11,7 +11,7 @@ from kabo.language.formulas import GroundCall
 from kabo.planner.refine.legs import Leg, legs_of
 from kabo.planner.refine.timing import duration, timed
 from kabo.scene import Scene
-from kabo.scene.robots import link_poses
+from kabo.scene.robots import link_pose
 from kabo.scene.transforms import transform
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.tasks.robots.motion.held_bodies import held_by
@@ -54,7 +54,7 @@ def loads(leg: Leg) -> np.ndarray:
     hand, step = part.stretch.path[0, robot.planned :], 1e-4
 
     def place(time: float) -> np.ndarray:
-        link = link_poses(robot, np.concatenate([motion.at(time), hand]))[at.parent.partition(".")[2]]
+        link = link_pose(robot, np.concatenate([motion.at(time), hand]), at.parent.partition(".")[2])
         return (link @ transform(at.position, at.quaternion))[:3, 3]
 
     times = np.arange(motion.times[0] + step, motion.times[-1] - step, 3.1e-3)

@@ -9,7 +9,7 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from kabo.language import load_problem
-from kabo.scene import link_poses, load_scene
+from kabo.scene import link_pose, load_scene
 from kabo.verify.motion.arms import Arm, Mount
 from kabo.verify.motion.contacts.strokes import (
     MAX_CORNER_SLOPE,
@@ -37,23 +37,23 @@ def robot():
 def sampled(rows):
     """The tool's poses (N, 4, 4) all along a path, by the scene's own kinematics."""
     dense = [a + s * (b - a) for a, b in zip(rows, rows[1:], strict=False) for s in np.linspace(0, 1, PLACES)]
-    return np.array([link_poses(robot(), tuple(q))["tool0"] for q in dense])
+    return np.array([link_pose(robot(), tuple(q), "tool0") for q in dense])
 
 
 def following(q, way, rng, pieces):
     """Rows (pieces + 1, n) whose tool goes along a vector, each a step of Newton from the last, and noise."""
     rows, step = [q], way / pieces
     for _ in range(pieces):
-        start = link_poses(robot(), tuple(rows[-1]))["tool0"]
+        start = link_pose(robot(), tuple(rows[-1]), "tool0")
         q = rows[-1].copy()
         for _ in range(4):
-            pose = link_poses(robot(), tuple(q))["tool0"]
+            pose = link_pose(robot(), tuple(q), "tool0")
             error = [*(start[:3, 3] + step - pose[:3, 3]), *_turned(pose, start)]
             jacobian = []
             for j in range(6):
                 moved = q.copy()
                 moved[j] += 1e-6
-                other = link_poses(robot(), tuple(moved))["tool0"]
+                other = link_pose(robot(), tuple(moved), "tool0")
                 jacobian.append([*((other - pose)[:3, 3] / 1e-6), *(-np.array(_turned(other, pose)) / 1e-6)])
             q[:6] += np.linalg.lstsq(np.array(jacobian).T, error, rcond=1e-3)[0]
         rows.append(q)
