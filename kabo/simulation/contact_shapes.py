@@ -5,22 +5,33 @@ is not there. Here each part is replaced by the hull of the mesh's own triangles
 does, and only hollows inside one part are bridged; in bodies that mates join to others not even those (`hollows.py`).
 """
 
+import logging
+from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.children import made_in_children
 from kabo.errors import KaboError
 from kabo.geometry import bounding_decomposition
 from kabo.geometry.collision.tight_parts import tight_part
 from kabo.geometry_server.preparation.enclosures import SceneEnclosures
+from kabo.geometry_server.preparation.preparing import cores
 from kabo.meshes import Mesh, hull_of
 from kabo.meshes.hulls import hull_faces
+from kabo.phases import phase
 from kabo.scene import Element, Scene
 from kabo.simulation.hollows import unbridged
 
 CONVEX_SHARE = 0.995  # of the volume of its hull, from which a mesh counts as convex
+FEW_TRIANGLES = 500  # of a mesh whose parts are soon made
+_LOG = logging.getLogger(__name__)
+_Key = tuple[
+    str, float, float | None, bool
+]  # digest of a mesh, tolerance of its parts, precision, whether it is mated
 
 
 @dataclass(frozen=True)
@@ -35,6 +46,35 @@ class ContactShape:
     size: tuple[float, ...] = ()
     pose: Array | None = None
     corners: Array | None = None
+
+
+def make_contact_shapes(scene: Scene, precision: float | None = None) -> None:
+    """Makes the shapes of all large meshes of a scene in child processes, so that `contact_shapes` finds them.
+
+    Meshes of which none can be made are left to it.
+
+    Args:
+        scene: which keeps them.
+        precision: as for `contact_shapes`.
+    """
+    enclosures, made = SceneEnclosures(scene, scene.epsilon), _made_of(scene)
+    wanted: dict[_Key, Element] = {}
+    for thing in enclosures.things:
+        for element in enclosures.elements(thing):
+            if _primitive(element) is None and len(element.mesh.faces) > FEW_TRIANGLES:
+                wanted[_key(enclosures, element, precision, _is_mated(scene, thing))] = element
+    keys = sorted(wanted.keys() - made.keys(), key=lambda key: (-len(wanted[key].mesh.faces), key[0], key[3]))
+    if len(keys) < 2:  # this process is as fast
+        return
+    makes = [partial(_hulls, enclosures, wanted[key], precision, key[3]) for key in keys]
+    with (
+        phase("making contact shapes", len(keys), "meshes", log=_LOG) as step,
+        closing(made_in_children(makes, cores())) as answers,
+    ):
+        for index, shapes in answers:
+            step()
+            if not isinstance(shapes, Exception):
+                made[keys[index]] = shapes
 
 
 def contact_shapes(scene: Scene, thing: str, precision: float | None = None) -> list[ContactShape]:
@@ -130,12 +170,20 @@ def _parts(
     enclosures: SceneEnclosures, element: Element, precision: float | None, mated: bool
 ) -> list[ContactShape]:
     """The hulls of the parts of a mesh; robots of the same model share them."""
-    made: dict[tuple[str, float, float | None, bool], list[ContactShape]]
-    made = enclosures.scene.memory.setdefault("contact shapes", {})
-    key = element.mesh.digest, enclosures.tolerance, precision, mated
+    made, key = _made_of(enclosures.scene), _key(enclosures, element, precision, mated)
     if key not in made:
         made[key] = _hulls(enclosures, element, precision, mated)
     return made[key]
+
+
+def _made_of(scene: Scene) -> dict[_Key, list[ContactShape]]:
+    """The shapes that were made of a scene's meshes."""
+    made: dict[_Key, list[ContactShape]] = scene.memory.setdefault("contact shapes", {})
+    return made
+
+
+def _key(enclosures: SceneEnclosures, element: Element, precision: float | None, mated: bool) -> _Key:
+    return element.mesh.digest, enclosures.tolerance, precision, mated
 
 
 def _hulls(

@@ -19,7 +19,7 @@ from kabo.scene import REVOLUTE, Robot, Scene, world_T
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import quaternion, transform
 from kabo.simulation.bearable import movable_inertia
-from kabo.simulation.contact_shapes import calm, contact_shapes
+from kabo.simulation.contact_shapes import calm, contact_shapes, make_contact_shapes
 from kabo.simulation.masses import Mass, mass_of_body, masses_of_joints
 from kabo.simulation.settings import USUAL, PhysicsSettings
 from kabo.simulation.turning_fingers import arm_of
@@ -86,6 +86,7 @@ class _Writer:
         self.motors: list[Motor] = []
 
     def model(self) -> PhysicsModel:
+        make_contact_shapes(self.scene, self.settings.contact_precision)
         self._options()
         self.meshes = SubElement(self.top, "asset")
         self.world = SubElement(self.top, "worldbody")
