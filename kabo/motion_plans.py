@@ -328,7 +328,8 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     state = scene.situation.first.replace({robot: tuple(map(float, q))})
     bounds = ScenePredicates(scene.context.surroundings, state).distance(*pair)
     if bounds.lower < 0.0:
-        how = f"overlap by up to {-1000 * bounds.lower:.1f} mm"
+        depth = f"{-1000 * bounds.lower:.1f}"
+        how = "touch" if depth == "0.0" else f"overlap by up to {depth} mm"
     elif bounds.lower < (wanted := _kept(scene, pair)):
         what = f"at the {name} {told_distance(pair, bounds.lower, wanted)}"
         raise _fault(name, what, "choose another configuration, a smaller clearance, or let less be uncertain")

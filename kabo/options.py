@@ -9,6 +9,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from math import inf
+from numbers import Real
 from types import NoneType
 from typing import Any, Final, Literal, TypeAlias, TypedDict, TypeVar, get_args, get_type_hints
 
@@ -241,7 +242,7 @@ def require_clearance(clearance: float) -> float:
     Raises:
         ValueError: it is not from 0 to `LARGEST_CLEARANCE`.
     """
-    if not 0.0 <= clearance <= LARGEST_CLEARANCE:
+    if not isinstance(clearance, Real) or not 0.0 <= clearance <= LARGEST_CLEARANCE:
         raise ValueError(f"clearance must be a length from 0 to {LARGEST_CLEARANCE:g} m, not {clearance!r}")
     return float(clearance)
 

@@ -227,7 +227,7 @@ def test_a_clearance_that_cannot_be_had_says_for_whom_and_how_much_there_is(scen
         kabo.plan_motion(scene, "arm", "home", "there", clearance=0.29)
     with pytest.raises(kabo.NoMotionError, match=r"wall \(\d+ times, 4 mm are to be kept\)"):
         kabo.plan_motion(scene, "arm", "home", "there", clearance=0.004, samples=1)
-    for wrong in (-0.001, 0.5, float("nan")):
+    for wrong in (-0.001, 0.5, float("nan"), "3mm"):
         with pytest.raises(ValueError, match=r"clearance must be a length from 0 to 0\.3 m"):
             kabo.plan_motion(scene, "arm", "home", "there", clearance=wrong)
 
