@@ -7,48 +7,41 @@ import trimesh
 
 import kabo
 from kabo.phases import Phase, heard_by
-from kabo.scene import Scene
 from kabo.simulation.contact_shapes import contact_shapes, make_contact_shapes
 
-MESHES = Path(__file__).parents[2] / "meshes"
-NAMES = "bottle", "cup"
+BARTENDER = Path(__file__).parents[2] / "domains" / "bartender" / "four_bottles.yaml"
+THINGS = "bottle_1", "left.link_2"
 
 
-def scene_in(folder: Path, *, flat: bool = False) -> Scene:
-    meshes = {name: MESHES / name / f"{name}.stl" for name in NAMES}
-    if flat:
-        sheet = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-        for _ in range(5):
-            sheet = sheet.subdivide()
-        meshes["sheet"] = folder / "sheet.stl"
-        sheet.export(meshes["sheet"])
-    models = "".join(f"  {name}: {{mesh: {mesh}}}\n" for name, mesh in meshes.items())
-    things = "".join(f"  {n}: {{model: {n}, pose: {{position: [{k}, 0, 0]}}}}\n" for k, n in enumerate(meshes))
-    file = folder / "scene.yaml"
-    file.write_text(f"scene: things\nepsilon: 0.01\nmodels:\n{models}objects:\n{things}")
-    return kabo.load_scene(file)
-
-
-def corners_of(scene: Scene, thing: str) -> list[list[list[float]]]:
+def corners_of(scene: kabo.Scene, thing: str) -> list[list[list[float]]]:
     return [shape.corners.tolist() for shape in contact_shapes(scene, thing) if shape.corners is not None]
 
 
-def test_children_make_the_shapes_that_this_process_would_make(tmp_path: Path) -> None:
-    expected = {name: corners_of(scene_in(tmp_path), name) for name in NAMES}
-    scene, heard = scene_in(tmp_path), list[Phase]()
+def test_children_make_the_shapes_that_this_process_would_make() -> None:
+    alone, scene, heard = kabo.load_scene(BARTENDER), kabo.load_scene(BARTENDER), list[Phase]()
     with heard_by(heard.append):
         make_contact_shapes(scene)
-    assert ("making contact shapes", 2, "meshes") in {(each.doing, each.total, each.unit) for each in heard}
-    assert len(scene.memory["contact shapes"]) == 2
-    assert {name: corners_of(scene, name) for name in NAMES} == expected
-    assert all(len(shapes) >= 2 for shapes in expected.values())
-    make_contact_shapes(scene)  # nothing is left to make
-    assert len(scene.memory["contact shapes"]) == 2
-
-
-def test_a_mesh_of_which_no_shape_can_be_made_is_refused_where_it_is_asked_for(tmp_path: Path) -> None:
-    scene = scene_in(tmp_path, flat=True)
+    made = dict(scene.memory["contact shapes"])
+    assert ("making contact shapes", len(made), "meshes") in {
+        (each.doing, each.total, each.unit) for each in heard
+    }
+    for thing in THINGS:
+        assert corners_of(scene, thing) == corners_of(alone, thing) != []
+    assert scene.memory["contact shapes"] == made  # both were there
     make_contact_shapes(scene)
-    assert len(scene.memory["contact shapes"]) == 2
+    assert scene.memory["contact shapes"] == made  # nothing was left to make
+
+
+def test_meshes_of_which_no_shape_can_be_made_are_refused_where_they_are_asked_for(tmp_path: Path) -> None:
+    sheet = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    for _ in range(5):
+        sheet = sheet.subdivide()
+    for number in (1, 2):
+        sheet.apply_scale(number).export(tmp_path / f"{number}.stl")
+    lines = [f"  o{n}: {{mesh: {n}.stl, pose: {{position: [{n}, 0, 0]}}}}" for n in (1, 2)]
+    (tmp_path / "scene.yaml").write_text("\n".join(["scene: sheets", "epsilon: 0.01", "objects:", *lines]) + "\n")
+    scene = kabo.load_scene(tmp_path / "scene.yaml")
+    make_contact_shapes(scene)
+    assert scene.memory["contact shapes"] == {}
     with pytest.raises(kabo.MeshError):
-        contact_shapes(scene, "sheet")
+        contact_shapes(scene, "o1")
