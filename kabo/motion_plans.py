@@ -135,8 +135,8 @@ def plan_motion(
 
     Example:
         >>> scene = kabo.load_scene("examples/two_cans/scene.yaml")
-        >>> plan = kabo.plan_motion(scene, "arm", "home", [0.5, -0.9, 0.4, -1.0, 0.2, 0.3])
-        >>> plan.waypoints[0] == scene.robots["arm"].configurations["home"]
+        >>> motion = kabo.plan_motion(scene, "arm", "home", {"panda_joint1": 0.5})
+        >>> motion.waypoints[0] == scene.robots["arm"].configurations["home"]
         True
     """
     found = find_motion(

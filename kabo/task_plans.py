@@ -45,8 +45,8 @@ def task_plan(report: "TaskReport", solution: int | None = None, *, certificate:
     Example:
         >>> example = "examples/pick_and_place"
         >>> report = kabo.plan_task(f"{example}/task.yaml", f"{example}/scene.yaml", max_solutions=1)
-        >>> kabo.verify(report.scene, kabo.task_plan(report))
-        <Report verified: 1 outcome>
+        >>> kabo.verify(report.scene, kabo.task_plan(report)).ok
+        True
     """
     if report.scene is None:
         raise ValueError("the task was planned without a scene: nothing moves")

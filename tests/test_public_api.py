@@ -21,7 +21,7 @@ NAMES = [
 ]
 FUNCTIONS = [name for name in NAMES if inspect.isfunction(getattr(kabo, name))]
 CLASSES = [name for name in NAMES if inspect.isclass(getattr(kabo, name))]
-WITH_EXAMPLES = ("load_problem", "solve", "verify", "explain", "policy", "check", "load_plan", "view", "plan_task")
+WITH_EXAMPLES = [name for name in FUNCTIONS + CLASSES if "Example:" in (inspect.getdoc(getattr(kabo, name)) or "")]
 
 
 def methods_of(kind: type) -> Iterator[tuple[str, object]]:

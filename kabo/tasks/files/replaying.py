@@ -1,7 +1,8 @@
 """Solutions at hand, tried first in the scene that was observed: each piece is proven anew, or the solution is left out.
 
 Motions are kept as they are: so the task must be the same, and what they touch, or what the task names, must be where it
-was. What else stands around may have changed; it is what the motions are proven against.
+was. What else stands around may have changed; it is what the motions are proven against. Where robots have lower limits
+now, or hold less firmly, motions that were timed for more are left out.
 """
 
 import json
@@ -9,6 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from math import inf
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +19,7 @@ from kabo.arrays import Array
 from kabo.geometry_server import Refusal, extra
 from kabo.language.scene_description import Shape
 from kabo.motion import Trajectory, path_deviations
-from kabo.scene import Region, Scene, world_T
+from kabo.scene import Region, Robot, Scene, motion_limits, world_T
 from kabo.tasks.core import Solution, Stage, Task
 from kabo.tasks.core.model.solutions import State
 from kabo.tasks.files.motions import state_in
@@ -25,6 +27,7 @@ from kabo.tasks.files.report_form import AddedBody, ChangeReport, MotionReport, 
 from kabo.tasks.files.reports import stage_reports
 from kabo.tasks.robots import Stretch, TaskScene
 from kabo.tasks.robots.motion.groups import hung
+from kabo.tasks.robots.motion.held_bodies import bounds_of_held
 from kabo.tasks.robots.motion.keeping import kept, not_kept
 from kabo.tasks.robots.motion.parts import KEPT_DEVIATION
 from kabo.tasks.robots.scenes import stretch
@@ -32,6 +35,8 @@ from kabo.tasks.robots.timed_paths import TimedPath
 
 EFFORT = ("attempt_timeout", "max_ik_solutions")  # properties of stages that do not change what a solution is
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")  # in the text of a function, which is another one in each process
+RATES = "velocity", "acceleration", "jerk"
+ROUNDED = 1e-9  # rad or m: as much of a limit may be lost in files
 SAME_PLACE, SAME_TURN = 1e-6, 1e-6  # m or rad: things that differ by less are where they were
 
 
@@ -44,6 +49,7 @@ class _Replay:
     """The replay of one motion: the scene so far, and the parts of the new solution."""
 
     task: Task
+    planned: Scene
     scene: TaskScene
     parts: list[Solution] = field(default_factory=list)
 
@@ -91,6 +97,9 @@ class _Replay:
             trajectory = timed.trajectory
             away[:, columns] = path_deviations(trajectory.knots, trajectory.padded, rows, passing)
         moves = bool(np.ptp(path, axis=0).max() > 0.0)
+        if timed is not None:
+            _require_limits(timed.trajectory, self.planned.robots[name], robot)
+            self._require_grip(name)
         if moves:
             self._prove(segment, path, away)
         group: Literal["arm", "gripper"] = (
@@ -103,6 +112,18 @@ class _Replay:
         )
         self.scene = self.scene.at(name, path[-1])
         self._note(str(segment["stage"]), before, (whole,))
+
+    def _require_grip(self, name: str) -> None:
+        """Checks that the robot holds what is in its hand as firmly as when the motion was timed.
+
+        Raises:
+            NotAgainError: a body is heavier now, or the gripper weaker.
+        """
+        now, situation = self.scene.context.scene, self.scene.situation
+        before = dict(bounds_of_held(self.planned, situation, self.planned.robots[name]))
+        for body, bound in bounds_of_held(now, situation, now.robots[name]):
+            if bound < before.get(body, inf):
+                raise NotAgainError(f"{name} could hold {body} while it moved faster than it can now")
 
     def _prove(self, segment: SegmentReport, path: Array, away: Array) -> None:
         name, constraint = segment["robot"], segment.get("constraint")
@@ -120,6 +141,29 @@ class _Replay:
         stage: Stage = self.task.find(path) or self.task
         start = self.parts[-1].end if self.parts else State(before, {}, 0)
         self.parts.append(Solution(stage, start, State(self.scene, {}, 0), 0.0, motion=motion or None))
+
+
+def _require_limits(trajectory: Trajectory, before: Robot, now: Robot) -> None:
+    """Checks a motion against those limits of its joints that are lower than when it was timed.
+
+    Raises:
+        NotAgainError: names the first joint that would exceed one.
+    """
+    joints, limits = trajectory.joints, motion_limits(now, trajectory.joints)
+    for order, (name, old, new) in enumerate(
+        zip(RATES, motion_limits(before, joints).rows, limits.rows, strict=True), 1
+    ):
+        if (new >= old).all():
+            continue
+        reached = np.max(np.abs(trajectory.bounds(order)), axis=0)
+        for i in np.flatnonzero((new < old) & (reached > new)):
+            raise NotAgainError(
+                f"{now.name}.{joints[i]} reaches {reached[i]:.4g} and its limit of {name} is {new[i]:.4g} now"
+            )
+    for joint, low, high in zip(joints, *trajectory.bounds(), strict=True):
+        place = now.joint_names.index(joint)
+        if low < now.tree.lower[place] - ROUNDED or high > now.tree.upper[place] + ROUNDED:
+            raise NotAgainError(f"{now.name}.{joint} leaves its limits of position")
 
 
 def replayed(task: Task, motion: MotionReport, planned: Scene, first: TaskScene) -> Solution:
@@ -140,7 +184,7 @@ def replayed(task: Task, motion: MotionReport, planned: Scene, first: TaskScene)
     try:
         first = _begun(motion, planned, first)
         _require_same(motion, planned, first)
-        replay = _Replay(task, first)
+        replay = _Replay(task, planned, first)
         for number in (None, *range(len(segments))):
             if number is not None:
                 replay.move(segments[number])

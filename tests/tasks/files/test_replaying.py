@@ -74,6 +74,53 @@ def test_a_thing_that_is_to_be_taken_must_be_where_it_was(before: TaskReport, tm
     assert kabo.verify(again.scene, kabo.task_plan(again, certificate=False)).ok
 
 
+LOWER_LIMITS = {
+    "velocity": ("inverse_kinematics: projection", "inverse_kinematics: projection\n    velocity: 0.3"),
+    "acceleration": ("inverse_kinematics: projection", "inverse_kinematics: projection\n    acceleration: 0.9"),
+    "jerk": ("inverse_kinematics: projection", "inverse_kinematics: projection\n    jerk: 9"),
+}
+
+
+@pytest.mark.parametrize("rate", LOWER_LIMITS)
+def test_a_motion_that_is_too_fast_for_the_robot_now_is_left_out(
+    before: TaskReport, tmp_path: Path, rate: str
+) -> None:
+    scene = observed(tmp_path, slower=LOWER_LIMITS[rate])
+    again = kabo.plan_task(TASK, scene, max_solutions=1, from_=before)
+    assert len(again.runs[0].left_out) == 2
+    assert all("arm." in why and f"limit of {rate}" in why for why in again.runs[0].left_out)
+    assert kabo.verify(again.scene, kabo.task_plan(again, certificate=False)).ok
+
+
+def test_a_motion_beyond_narrower_limits_of_position_is_left_out(before: TaskReport, tmp_path: Path) -> None:
+    arm = [s for s in motions(before)[0] if len(s["joints"]) == 7]
+    joint = arm[0]["joints"][0]
+    least = min(row[0] for segment in arm for row in segment["waypoints"])
+    narrower = f"inverse_kinematics: projection\n    limits: {{{joint}: [{least + 0.1}, 2.5]}}"
+    scene = observed(tmp_path, narrower=("inverse_kinematics: projection", narrower))
+    again = kabo.plan_task(TASK, scene, max_solutions=1, timeout=1, from_=before)
+    assert f"arm.{joint} leaves its limits of position" in again.runs[0].left_out[0]
+
+
+def test_a_motion_that_holds_a_thing_that_is_heavier_now_is_left_out(tmp_path: Path) -> None:
+    light, heavy = (
+        observed(
+            folder,
+            held=("movable: true", f"movable: true\n    mass: {mass}"),
+            firm=("closed:", "force: 40\n      closed:"),
+        )
+        for folder, mass in ((tmp_path / "light", 1.0), (tmp_path / "heavy", 1.9))
+        if folder.mkdir() is None
+    )
+    before = kabo.plan_task(TASK, light, max_solutions=1)
+    again = kabo.plan_task(TASK, heavy, max_solutions=1, from_=before)
+    (why,) = again.runs[0].left_out
+    assert "arm could hold object while it moved faster than it can now" in why
+    assert kabo.verify(again.scene, kabo.task_plan(again, certificate=False)).ok
+    lighter = kabo.plan_task(TASK, light, max_solutions=1, from_=again)
+    assert not lighter.runs[0].left_out and calls(lighter) == 0
+
+
 def test_a_saved_report_will_do(before: TaskReport, tmp_path: Path) -> None:
     before.save(tmp_path / "before.json")
     again = kabo.plan_task(TASK, EXAMPLE / "scene.yaml", max_solutions=1, from_=tmp_path / "before.json")

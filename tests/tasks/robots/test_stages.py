@@ -166,6 +166,15 @@ def test_a_name_that_no_configuration_has_is_refused_or_stays(first_scene: First
     assert stays.motion == ()
 
 
+def test_no_robot_moves_to_where_a_joint_is_beyond_its_limits(first_scene: First) -> None:
+    scene = first_scene(BARTENDER)
+    robot, q = scene.robot("left"), scene.configuration("left")
+    beyond, (slide,) = robot.tree.upper[0] + 0.01, robot.gripper_joints
+    for goal in ({robot.joint_names[0]: beyond}, [beyond, *q[1 : robot.planned]], {slide: 0.2}):
+        refused = only(forward(scene, "MoveTo", robot="left", goal=goal, if_missing="stay"))
+        assert "outside its limits" in refused.comment
+
+
 def test_an_unreachable_pose_is_told_from_one_where_the_hand_would_collide(first_scene: First) -> None:
     scene = first_scene(BARTENDER)
     far = only(forward(scene, "MoveTo", robot="left", goal={"pose": {"position": [5.0, 0.0, 0.5]}}))

@@ -1,6 +1,6 @@
 """Configurations by name, by values or by joints, as the properties `goal` and `configurations` of stages have them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,15 @@ from kabo.scene import Robot
 from kabo.tasks.robots.scenes import TaskScene
 
 OPEN, CLOSED = "open", "closed"
+SAME_VALUE = 1e-9  # rad or m: values are rounded so
 
 
 class NoConfigurationError(ValueError):
     """An error: the robot has no configuration, or no joint, of a given name."""
+
+
+class BeyondLimitsError(NoConfigurationError):
+    """An error: a joint of a configuration is beyond its limits."""
 
 
 def goal_of(scene: TaskScene, name: str, wanted: Any) -> Array:
@@ -27,6 +32,7 @@ def goal_of(scene: TaskScene, name: str, wanted: Any) -> Array:
 
     Raises:
         NoConfigurationError: the robot has no such configuration or joint.
+        BeyondLimitsError: a joint is beyond its limits.
         ValueError: the number of values is wrong.
     """
     robot, q = scene.robot(name), scene.configuration(name)
@@ -39,9 +45,10 @@ def goal_of(scene: TaskScene, name: str, wanted: Any) -> Array:
             raise NoConfigurationError(f"{name} has no configuration {wanted!r}{', ' + hint if hint else ''}")
         return rounded(np.concatenate([values, q[robot.planned :]]))
     if isinstance(wanted, Mapping):
-        return with_joints(robot, q, wanted)
+        return _within(robot, with_joints(robot, q, wanted), wanted)
     if isinstance(wanted, (Sequence, np.ndarray)) and len(wanted) in (robot.planned, len(q)):
-        return rounded(np.concatenate([np.asarray(wanted, float), q[len(wanted) :]]))
+        given = rounded(np.concatenate([np.asarray(wanted, float), q[len(wanted) :]]))
+        return _within(robot, given, robot.joint_names[: len(wanted)])
     raise ValueError(f"{name} has {robot.planned} planned joints: {wanted!r} is no configuration of it")
 
 
@@ -67,6 +74,22 @@ def with_joints(robot: Robot, q: Array, values: Mapping[str, float]) -> Array:
             )
         result[robot.joint_names.index(joint)] = float(value)
     return rounded(result)
+
+
+def _within(robot: Robot, q: Array, joints: Iterable[str]) -> Array:
+    """The configuration, if the given joints are within their limits.
+
+    Raises:
+        BeyondLimitsError: names the first that is not.
+    """
+    for joint in joints:
+        i = robot.joint_names.index(joint)
+        low, high = robot.tree.lower[i], robot.tree.upper[i]
+        if not low - SAME_VALUE <= q[i] <= high + SAME_VALUE:
+            raise BeyondLimitsError(
+                f"{robot.name}.{joint} would be at {q[i]:.6g}, outside its limits {low:.6g} to {high:.6g}"
+            )
+    return q
 
 
 def rounded(q: Array) -> Array:

@@ -27,7 +27,7 @@ def held_by(scene: TaskScene, robot: str) -> Held | None:
     hand = scene.configuration(robot)[chosen.planned :]
     found = [
         Held(_places(chosen, hand, at), bound)
-        for name, bound in _bounds(scene.context.scene, scene.situation, chosen)
+        for name, bound in bounds_of_held(scene.context.scene, scene.situation, chosen)
         for at in scene.situation.objects[name]
         if at.parent.startswith(f"{robot}.")
     ]
@@ -59,9 +59,13 @@ def too_heavy(scene: Scene, situation: Situation, robot: str, name: str | None =
     return None
 
 
-def _bounds(scene: Scene, situation: Situation, robot: Robot) -> Iterator[tuple[str, float]]:
-    """The bodies that a robot's hand holds, each with the greatest norm of its acceleration minus gravity [m/s²]."""
-    assert robot.gripper is not None
+def bounds_of_held(scene: Scene, situation: Situation, robot: Robot) -> Iterator[tuple[str, float]]:
+    """The bodies that a robot's hand holds, each with the greatest norm of its acceleration minus gravity [m/s²].
+
+    Bodies that nothing limits are left out.
+    """
+    if robot.gripper is None:
+        return
     for name in _roots(situation, robot.name):
         bound = robot.gripper.greatest_acceleration(_mass(scene, situation, name))
         if bound is not None:

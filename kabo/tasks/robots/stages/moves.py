@@ -15,7 +15,7 @@ from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ATTEMPT_TIMEOUT, KEEP, PLANNER, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.meanings import RRT_CONNECT, TOOL_LINE
-from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
+from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, BeyondLimitsError, NoConfigurationError, goal_of
 from kabo.tasks.robots.motion.paths import grip, length
 from kabo.tasks.robots.motion.planners import planned_way
 from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
@@ -125,7 +125,7 @@ class MoveTo(RobotStage, Propagator):
         try:
             wanted = goal_of(scene, name, goal)
         except NoConfigurationError as error:
-            stays = properties["if_missing"] == "stay"
+            stays = properties["if_missing"] == "stay" and not isinstance(error, BeyondLimitsError)
             yield scene.configuration(name) if stays else Refusal("constraint", str(error), proof=True)
             return
         n, start = scene.robot(name).planned, scene.configuration(name)
