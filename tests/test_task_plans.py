@@ -15,7 +15,8 @@ from kabo.task_plans import is_report, only_planned, plan_of_report, plans_of_re
 from kabo.tasks import TaskReport
 from kabo.tasks.files.report_form import report_bytes
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples"
 EXAMPLE = EXAMPLES / "pick_and_place"
 LIBRARY = Path(kabo.__file__).parent / "tasks" / "library"
 NODE = "n0"
@@ -81,6 +82,21 @@ def test_what_tasks_find_is_verified(scene: str, task: Path, given: dict[str, st
     assert found.ok, found
     said = only_planned(made.content, 1)  # the verifier knows no padding: whoever exports is told
     assert ("padding of" in said) if "retract" in scene else said is None
+
+
+def test_grasps_that_differ_in_the_width_of_the_hand_alone_are_told_apart(tmp_path: Path):
+    """The first family fits the pose, too, but not the width: the verifier would refuse what it allows."""
+    text = (EXAMPLES / "two_arms" / "scene.yaml").read_text().replace("../../meshes", str(ROOT / "meshes"))
+    begin, end = text.index("      side:"), text.index("    placements:")
+    wider = text[begin:end].replace("side:", "wider:").replace("finger_joint: 0.03", "finger_joint: 0.0325")
+    (tmp_path / "scene.yaml").write_text(text[:begin] + wider + text[begin:])
+    given = {"robot": "left", "object": "red", "grasp": "side"}
+    made = kabo.plan_task(LIBRARY / "pick.yaml", tmp_path / "scene.yaml", given, max_solutions=1)
+    plan = kabo.task_plan(made)
+    named = {g.by for segment in plan.nodes[NODE].motion for g in segment.grants if g.kind == "grasp"}
+    assert named == {"side"}
+    found = kabo.verify(made.scene, plan)
+    assert found.ok, found
 
 
 # A wall behind the arm, padding of the hand and of what it takes; all but the wall are gone at the end.

@@ -1,7 +1,8 @@
 """Sensors as a sensor file binds them: instruments are read, readings become answers, and looks are repeated if need be."""
 
 from collections.abc import Mapping
-from typing import Protocol
+from math import isfinite
+from typing import Protocol, runtime_checkable
 
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, did_you_mean
@@ -26,6 +27,14 @@ class Instruments(Protocol):
 
     def poses(self) -> Mapping[str, Array]:
         """The poses (4, 4) in the world of the movable bodies that are seen now."""
+
+
+@runtime_checkable
+class TellingInstruments(Instruments, Protocol):
+    """Instruments that can say why they read nothing."""
+
+    def why(self, measurement: Measurement) -> str | None:
+        """Why there is no reading now, as the end of a sentence; None: it does not know, or there is one."""
 
 
 class BoundSensors:
@@ -54,6 +63,11 @@ class BoundSensors:
         """The bodies that the camera sees; None: all."""
         return None if self.sensors.camera is None else self.sensors.camera.bodies
 
+    @property
+    def rate(self) -> float | None:
+        """Pictures of the camera a second [Hz]; None: it always sees."""
+        return None if self.sensors.camera is None else self.sensors.camera.rate
+
     def resolve(self, formula: str, outcomes: tuple[str, ...]) -> str | None:
         """The outcome that is most probable after as many looks as the bound of the error needs."""
         binding = self.sensors.bindings.get(formula)
@@ -75,6 +89,20 @@ class BoundSensors:
         """The bodies that are seen now."""
         return self.instruments.poses()
 
+    def why(self, asked: str) -> str | None:
+        """Why what was asked last was not measured, as the end of a sentence."""
+        binding, decided = self.sensors.bindings.get(asked), self.decisions.get(asked)
+        if binding is None:
+            return "no sensor answers it"
+        told = f"{binding.measurement.kind}({', '.join(binding.measurement.things)})"
+        if isinstance(self.instruments, TellingInstruments):
+            found = self.instruments.why(binding.measurement)
+            if found is not None:
+                return found
+        if decided is not None and decided.looks > 1:
+            return f"{decided.looks} looks were not enough"
+        return None if binding.measurement.kind == "told" else f"there is no reading of {told}"
+
     def _decide(self, binding: SensorBinding, outcomes: tuple[str, ...]) -> Decision:
         wrong, error, most = binding.wrong, binding.error, binding.looks
         found = decide(lambda _: self.answer(binding, outcomes), outcomes, wrong, error, most)
@@ -92,7 +120,12 @@ class BoundSensors:
     def look(self, binding: SensorBinding) -> Reading:
         """What is read for a binding, once."""
         self._looks += 1
-        return self.instruments.read(binding.measurement)
+        return _finite(self.instruments.read(binding.measurement))
+
+
+def _finite(reading: Reading) -> Reading:
+    """A reading; of a number that is none, nothing: compared with a threshold it would say no."""
+    return None if isinstance(reading, float) and not isfinite(reading) else reading
 
 
 def answer_of(binding: SensorBinding, reading: Reading) -> str | None:

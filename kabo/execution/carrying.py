@@ -13,7 +13,8 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
-from kabo.execution.fitting import require_fit
+from kabo.execution.checked import CheckedPoses, checked
+from kabo.execution.fitting import require_fit, require_graph
 from kabo.execution.interruptions import Executed, Stop
 from kabo.execution.log import Log
 from kabo.execution.looks import MOST_LOOKS, Looks
@@ -22,7 +23,7 @@ from kabo.execution.margins import Margins
 from kabo.execution.motions import SAME_TIME, HandAction, Motion, Stretch, motion_of, parts_of
 from kabo.execution.off_path import OffPath
 from kabo.execution.pacing import Pace, Pacer
-from kabo.execution.protocols import PacedRobot, Robot, RobotState, Sensor
+from kabo.execution.protocols import PacedRobot, Robot, RobotState, Sensor, not_measured, picture_period
 from kabo.execution.settings import ExecutionSettings
 from kabo.execution.sightings import Sightings
 from kabo.execution.state_log import StateLog
@@ -62,13 +63,13 @@ class Carrier:
         stop: Callable[[], bool],
         report: Report | None = None,
     ) -> None:
-        self.scene, self.robot, self.sensor = scene, robot, sensor
+        self.scene, self.sensor, movable = scene, sensor, () if scene is None else scene.movable
+        self.seen_now = CheckedPoses(sensor, movable)
+        self.robot = robot if robot is None or scene is None else checked(robot, scene)
         self.settings, self.log, self.stop = settings, log, stop
         self.known: dict[str, str] = {}
-        bodies = getattr(sensor, "sees", None)
-        if bodies is None:
-            bodies = () if scene is None else scene.movable
-        self.sightings = Sightings(bodies, settings.watch_rate)
+        bodies, self.picture = getattr(sensor, "sees", None), picture_period(sensor)
+        self.sightings = Sightings(movable if bodies is None else bodies, settings.watch_rate, self.picture)
         self.pacer = Pacer({} if scene is None else scene.robots)
         self.states = StateLog(log, settings.log_rate)
         self.looks = Looks(getattr(sensor, "noise", None))
@@ -98,15 +99,18 @@ class Carrier:
 
     def _take(self, plan: Plan, report: Report | None) -> None:
         """Goes on with a plan from the node that is reached; raises as `_begin`."""
+        require_graph(plan)
+        moves = any(node.motion for node in plan.nodes.values())
+        if moves:
+            if self.scene is None or self.robot is None:
+                text = "it has motions, and there is no robot" if plan.start else "it has motions, and no `start`"
+                raise InputError([Diagnostic("plan", 1, 1, text, None)])
+            require_fit(plan, self.scene)
         self.plan, self.margins = plan, Margins(plan, report)
         # What a node delivers and another one branches on is looked at once: where the plan senses it.
         self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
-        if any(node.motion for node in plan.nodes.values()):
-            if self.scene is None or self.robot is None:
-                raise InputError([Diagnostic("plan", 1, 1, "it has motions, and there is no robot", None)])
-            require_fit(plan, self.scene)
-            if not self.settings.despite_margins:
-                self.margins.require(self._errors())
+        if moves and not self.settings.despite_margins:
+            self.margins.require(self._errors())
 
     def _errors(self) -> dict[str, float]:
         """The stated tracking error of each robot [m]."""
@@ -160,7 +164,7 @@ class Carrier:
                 self.known[term] = str(value)
             self._enter("sensing", node=self.name, term=term, value=value)
             if value is None:
-                raise Stopped(f"{self.name}: the value of {term} was not measured")
+                raise Stopped(f"{self.name}: the value of {not_measured(self.sensor, term)}")
         if node.on is None:
             return None
         outcomes = tuple(node.branches)
@@ -169,7 +173,7 @@ class Carrier:
             found = self._asked(partial(self.sensor.resolve, node.on, outcomes), outcomes)
         self._enter("sensing", node=self.name, formula=node.on, outcome=found)
         if found is None:
-            raise Stopped(f"{self.name}: {node.on} was not measured")
+            raise Stopped(f"{self.name}: {not_measured(self.sensor, node.on)}")
         if found not in node.branches:
             raise Stopped(f"{self.name}: {node.on} is {found}, for which the plan has no branch")
         self.known[node.on] = found
@@ -323,7 +327,8 @@ class Carrier:
     def _look_at_bodies(self, node: str) -> None:
         """Looks as often as it takes to tell whether bodies are near enough to their places, with a bound."""
         surprise, looks = self._surprise_of_bodies(node, self._robot.state()), 0
-        while surprise is None and self.watch.undecided and looks < MOST_PERIODS * MOST_LOOKS:
+        most = MOST_LOOKS * max(MOST_PERIODS, ceil(self.picture * self.settings.watch_rate) + 1)
+        while surprise is None and self.watch.undecided and looks < most:
             for _ in self._looks(1.0 / self.settings.watch_rate):
                 looks += 1
             surprise = self._surprise_of_bodies(node, self._robot.state())
@@ -345,7 +350,7 @@ class Carrier:
 
     def _poses(self) -> Mapping[str, Array]:
         """The poses (4, 4) of bodies as they are seen; what is too far away to plan with counts as not seen."""
-        every = self.sensor.poses()
+        every = self.seen_now()
         seen = {name: pose for name, pose in every.items() if np.abs(pose[:3, 3]).max() <= MAX_DISTANCE}
         self.sightings.saw(seen, self.time)
         if seen:  # a camera that is slower than the watch shows each picture once, to whoever looks
@@ -372,10 +377,12 @@ class Carrier:
                 path = self.watch.off_path(self.part, state)
                 self._act_within(self.part, path.time)
                 self.pacer.learn(state, path)
-        ended = self._robot.state().motion_time
+        ended, moving = self._robot.state().motion_time, self._robot.state().moving
         if self.part is not None:
             self._act_within(self.part, ended)
         self._stand(ended)
+        if moving:
+            raise Stopped(f"{reason}; robots still move {STOPS_WITHIN:.0f} s after they were asked to stop")
         raise Stopped(reason, surprise)
 
     def _act_within(self, part: Motion, time: float) -> None:

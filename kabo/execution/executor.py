@@ -5,8 +5,10 @@ States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +34,7 @@ from kabo.scene import Scene
 from kabo.verify import Report
 
 AT_REST, MOST_RESTS = 2e-4, 30  # [m, or of a turn] within which a body stays between two looks; how many looks
+RESTING_PICTURES = 4.0  # of a slow camera, for which is waited as well: two that are alike, and one that was lost
 MOST_ALIKE = 3  # surprises by one thing at one node, until the run ends
 
 
@@ -122,16 +125,43 @@ class _Executor(Carrier):
         self.rest: Answer | None = None  # with what a plan begins, whose whole is being made
 
     def run(self) -> Run:
+        """Carries out the plan; robots stop also where a robot or a sensor fails, or the program is interrupted."""
+        ended = None
+        try:
+            ended = self._run()
+        finally:
+            if ended is None:
+                self._abandon()
+        return ended
+
+    def _run(self) -> Run:
         self._enter("start", problem=self.plan.problem)
         while True:
-            stop = _stop_of(self._walk)
+            stop = self._stop_of(self._walk)
             if stop is None:
                 self._enter("goal", node=self.name)
                 return self._ended(True, "the goal is reached", None)
-            stop = _stop_of(partial(self._recover, stop))
+            stop = self._stop_of(partial(self._recover, stop))
             if stop is not None:
                 self._enter("stopped", node=self.name, reason=stop.reason)
                 return self._ended(False, *stop)
+
+    def _stop_of(self, act: Callable[[], None]) -> Stop | None:
+        """Does something; how it was stopped, or None. An exception that is kept would keep all of the run, in a ring."""
+        try:
+            act()
+        except Stopped as stopped:
+            return stopped.stop
+        except RobotFailed as lost:
+            self._abandon()
+            return Stop(str(lost))
+        return None
+
+    def _abandon(self) -> None:
+        """Asks robots that may move to stop, whether they hear it or not."""
+        if self.robot is not None and self.part is not None:
+            with suppress(Exception):
+                self.robot.stop()
 
     def _walk(self) -> None:
         """Carries out the plan to its goal."""
@@ -289,7 +319,7 @@ class _Executor(Carrier):
             Stopped: a robot is somewhere else: nothing is proven from there.
         """
         last, stands = dict(self._seen()), set[str]()
-        for _ in range(MOST_RESTS):
+        for _ in range(max(MOST_RESTS, ceil(RESTING_PICTURES * self.picture / SETTLED_AFTER))):
             now: dict[str, Array] = {}
             for _ in self._looks(SETTLED_AFTER):
                 now |= self._look()
@@ -353,14 +383,3 @@ class _Executor(Carrier):
             if rest.kind != "finish":
                 raise
             self._follow_way(rest, again=False)
-
-
-def _stop_of(act: Callable[[], None]) -> Stop | None:
-    """Does something; how it was stopped, or None. An exception that is kept would keep all of the run, in a ring."""
-    try:
-        act()
-    except Stopped as stopped:
-        return stopped.stop
-    except RobotFailed as lost:
-        return Stop(str(lost))
-    return None

@@ -41,7 +41,8 @@ class RobotState:
 class Robot(Protocol):
     """All robots of a scene, which share a clock; no method waits but `wait`.
 
-    All but `state` may raise `RobotFailed`, which ends a run with its reason.
+    Each may raise `RobotFailed`, which ends a run with its reason. Whatever else is raised, robots are asked to stop before
+    it leaves the executor.
     """
 
     def follow(self, motion: Motion) -> None:
@@ -82,3 +83,23 @@ class Sensor(Protocol):
 
     def poses(self) -> Mapping[str, Array]:
         """The poses (4, 4) in the world of the movable bodies that are seen now, by name."""
+
+
+@runtime_checkable
+class TellingSensor(Sensor, Protocol):
+    """A sensor that can say why it said nothing; of others the reason of a stop has what was asked, and no more."""
+
+    def why(self, asked: str) -> str | None:
+        """Why what was asked last was not measured, as the end of a sentence; None: it does not know."""
+
+
+def not_measured(sensor: Sensor, asked: str) -> str:
+    """The sentence that something was not measured, with the reason if the sensor tells one."""
+    why = sensor.why(asked) if isinstance(sensor, TellingSensor) else None
+    return f"{asked} was not measured" + ("" if why is None else f": {why}")
+
+
+def picture_period(sensor: Sensor) -> float:
+    """The time between two pictures of a sensor's camera, by its attribute `rate` [Hz]; without one it always sees [s]."""
+    rate = getattr(sensor, "rate", None)
+    return 0.0 if rate is None else 1.0 / float(rate)

@@ -7,6 +7,7 @@ counts. So looks count that are few because the machine is busy, and a body that
 from collections.abc import Iterable, Iterator
 
 GONE_AFTER = 1.0  # [s] after which a body that is not seen may be anywhere
+LOST_PICTURES = 3.0  # of a camera that is slower: so many are waited for
 WATCH_RATE = 100.0  # [Hz], how often is looked
 MISSED_LOOKS = 10.0  # the most that count in a row
 
@@ -17,9 +18,11 @@ class Sightings:
     Args:
         bodies: all that a camera should see. A sensor that has never seen anything is no camera: then nothing is gone.
         rate: how often is looked while somebody does [Hz].
+        picture: the time between two pictures of the camera [s].
     """
 
-    def __init__(self, bodies: Iterable[str] = (), rate: float = WATCH_RATE) -> None:
+    def __init__(self, bodies: Iterable[str] = (), rate: float = WATCH_RATE, picture: float = 0.0) -> None:
+        self._gone_after = max(GONE_AFTER, LOST_PICTURES * picture)  # [s]
         self._bodies, self._pause = tuple(bodies), MISSED_LOOKS / rate  # [s]
         self._seen_at: dict[str, float] = {}  # [s]
         self._looked: float | None = None  # the last look [s]
@@ -40,5 +43,5 @@ class Sightings:
 
     def gone(self, time: float) -> tuple[str, float] | None:
         """The first body that has not been seen for too long, and for how long somebody has looked [s]."""
-        unseen = ((name, time - last) for name, last in self._seen_at.items() if time - last > GONE_AFTER)
+        unseen = ((name, time - last) for name, last in self._seen_at.items() if time - last > self._gone_after)
         return next(unseen, None)

@@ -164,6 +164,14 @@ class KinematicInstruments:
         given = self.truth.masses.get(body, scene.bodies[body].mass)
         return None if given is None else float(given)
 
+    def why(self, measurement: Measurement) -> str | None:
+        """Why there is no reading: nothing without forces feels a contact, and only what a hand holds is weighed."""
+        if measurement.kind != "weight":
+            return "robots without forces feel no contact"
+        body = measurement.things[0]
+        held = self.robot.world.objects[body].parent.partition(".")[0] in self.robot.scene.robots
+        return f"neither scene nor truth give the mass of {body}" if held else f"no hand holds {body}"
+
     def poses(self) -> Mapping[str, Array]:
         """Where all bodies are."""
         return self.robot.poses()

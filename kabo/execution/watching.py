@@ -98,6 +98,7 @@ class Watch:
         self.scene, self.margins = scene, margins
         self.looks, self.errors, self.latest = looks or Looks(None), errors or {}, LATEST + delay
         self.displaced: dict[str, Displacement] = {}  # of bodies, by what was seen last
+        self._seen_last: dict[str, Seen] = {}  # the same, with the errors of looks
         self.undecided: set[str] = set()  # bodies that may be a surprise or not, as far as looks tell
         self.tolerated: list[
             dict[str, object]
@@ -213,9 +214,9 @@ class Watch:
         if not self._is_to_judge(judged, node):
             return None
         following = _Following(node, done, *self._closing(part))
-        farther = self._slacks(looked, following, 1.0)
-        nearer = self._slacks(looked, following, -1.0) if self.looks.noise is not None else farther
-        unseen = {name: Seen(own, own.size) for name, own in self.displaced.items() if name not in looked}
+        farther = self._slacks(self._seen_last, following, 1.0)
+        nearer = self._slacks(self._seen_last, following, -1.0) if self.looks.noise is not None else farther
+        unseen = {name: own for name, own in self._seen_last.items() if name not in looked}
         judged |= {name: own for name, own in unseen.items() if held or holders[name] is None}
         for name, own in sorted(judged.items(), key=lambda each: -each[1].size):
             holder, off = holders[name], own.size
@@ -253,6 +254,7 @@ class Watch:
                 for name in names
             }
         self.displaced.update((name, own.displaced) for name, own in looked.items())
+        self._seen_last |= looked
         return looked
 
     def _is_to_judge(self, looked: Mapping[str, Seen], node: str) -> bool:

@@ -25,6 +25,7 @@ from kabo.geometry_server.configurations import poses_at as poses_at
 from kabo.geometry_server.context import ProcedureContext as ProcedureContext
 from kabo.geometry_server.destinations import HOLD_TOLERANCE as HOLD_TOLERANCE
 from kabo.geometry_server.destinations import Destination as Destination
+from kabo.geometry_server.destinations import family_of_hold as family_of_hold
 from kabo.geometry_server.destinations import grasp_family_of as grasp_family_of
 from kabo.geometry_server.destinations import placement_streams as placement_streams
 from kabo.geometry_server.driving.standing import Standing as Standing

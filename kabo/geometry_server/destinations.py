@@ -1,9 +1,11 @@
 """Destinations of held objects, their placement streams, and the grasp family by which an object is held."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from kabo.arrays import Array
 from kabo.geometry_server.candidates import (
     PlacementStream,
     base_position,
@@ -11,13 +13,14 @@ from kabo.geometry_server.candidates import (
 )
 from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.driving.standing import standing_of
-from kabo.geometry_server.frames import WORLD, carried_frame, fits, rows, tool_frame
+from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.kinematics import satisfied
 from kabo.language.scene_description import GraspFamily
-from kabo.scene import Region, Robot
+from kabo.scene import Body, Region, Robot
 
 HOLD_TOLERANCE = 1e-4  # [m, rad] within which a hold counts as a grasp of a family
+FINGER_TOLERANCE = 1e-3  # [m, rad] within which a hand is as wide as a family says
 
 
 @dataclass(frozen=True)
@@ -62,9 +65,33 @@ def grasp_family_of(
     """The grasp family by which a robot holds an object; None if no family matches."""
     body, held = context.scene.bodies[name], situation.held(name)
     roles = {"tool": tool_frame(robot), "this": carried_frame(robot, body, held), "world": WORLD}
-    q = np.array(situation.configuration(robot.name))
+    return family_of_hold(robot, body, roles, np.array(situation.configuration(robot.name)))
+
+
+def family_of_hold(robot: Robot, body: Body, roles: Mapping[str, Frame], q: Array) -> GraspFamily | None:
+    """The first grasp family of a body that this robot may use and that fits where its tool is; None if none does.
+
+    Families may differ in the width of the hand alone: those come first that say the width that it has.
+
+    Args:
+        robot: the robot. body: the body. roles: the frames of `tool` and `this`. q: the robot's configuration (n,).
+    """
+    found = []
     for family in body.grasps.values():
         own = [c for c in family.constraints if "world" not in (c.first.owner, c.second.owner)]
-        if fits(own, roles) and satisfied(rows(own, roles), q, robot.tree, HOLD_TOLERANCE):
-            return family
-    return None
+        if robot.name not in (family.robots or [robot.name]) or not fits(own, roles):
+            continue
+        if satisfied(rows(own, roles), q, robot.tree, HOLD_TOLERANCE):
+            found.append(family)
+    return next((family for family in found if _is_as_wide(robot, family, q)), found[0] if found else None)
+
+
+def _is_as_wide(robot: Robot, family: GraspFamily, q: Array) -> bool:
+    """Whether the hand of a robot in a configuration (n,) is as wide as a family says."""
+    if robot.gripper is None:
+        return True
+    shut = robot.gripper.closed if family.fingers is None else family.fingers
+    wanted = {joint: shut.get(joint, value) for joint, value in robot.gripper.open.items()}
+    return all(
+        abs(q[robot.joint_names.index(joint)] - value) <= FINGER_TOLERANCE for joint, value in wanted.items()
+    )

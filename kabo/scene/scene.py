@@ -3,7 +3,7 @@
 import hashlib
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -32,6 +32,7 @@ from kabo.meshes import Mesh, unusable
 from kabo.phases import phase
 from kabo.scene.bounds import findings
 from kabo.scene.elements import Element
+from kabo.scene.graspers import with_users
 from kabo.scene.robots import Robot, link_pose
 from kabo.scene.semantics import links_named, unknown_links
 from kabo.scene.shapes import CYLINDER_SIDES, element_of, mesh_of
@@ -269,6 +270,7 @@ def load_scene(description: SceneDescription | str | Path, look: Callable[[], No
     meshes = {name: body.mesh for name, body in bodies.items()}
     if beyond := list(findings(description, robots, meshes, poses)):
         raise InputError(beyond)
+    bodies = {name: replace(body, grasps=with_users(body.grasps, robots)) for name, body in bodies.items()}
     start = GeometricState(
         {name: robot.start(description.robots[name]) for name, robot in robots.items()},
         {name: attachment("world", poses[name]) for name, body in bodies.items() if body.movable},

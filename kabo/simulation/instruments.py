@@ -39,6 +39,13 @@ class PhysicsInstruments:
             return self._touch(*measurement.things)
         return None
 
+    def why(self, measurement: Measurement) -> str | None:
+        """Why there is no reading: only what a hand holds is weighed."""
+        body = measurement.things[0]
+        return (
+            f"no hand holds {body}" if measurement.kind == "weight" and self.robot.holder(body) is None else None
+        )
+
     def _weight(self, body: str) -> float | None:
         """What the wrist feels on average at rest [K 3.3.3], less other bodies in this hand as the scene has them."""
         robot, physics = self.robot, self.robot.physics

@@ -41,3 +41,11 @@ def test_what_has_never_seen_anything_is_no_camera() -> None:
     for k in range(2, 200):
         sightings.saw(("cup",), 3.0 + 0.01 * k)
     assert sightings.gone(5.0)[0] == "jug"
+
+
+@pytest.mark.parametrize(("period", "seconds"), [(0.0, 1.0), (0.1, 1.0), (2.0, 6.0)])
+def test_of_a_slow_camera_three_pictures_are_waited_for(period: float, seconds: float) -> None:
+    sightings = Sightings(("cup",), 100.0, period)
+    sightings.saw(("cup",), 0.0)
+    gone = next(k for k in range(1, 1000) if not sightings.saw((), 0.01 * k) and sightings.gone(0.01 * k))
+    assert 0.01 * gone == pytest.approx(seconds, abs=0.02)

@@ -9,8 +9,17 @@ import pytest
 import kabo
 from kabo.arrays import Array
 from kabo.errors import InputError
-from kabo.execution import Log, SimulatedSensors, execute, require_answers, true_start
+from kabo.execution import (
+    KinematicInstruments,
+    KinematicRobot,
+    Log,
+    SimulatedSensors,
+    execute,
+    require_answers,
+    true_start,
+)
 from kabo.execution.bound_sensors import Reading, answer_of
+from kabo.execution.protocols import not_measured
 from kabo.execution.simulated_sensors import NoInstruments, normals, rotation
 from kabo.language import (
     CameraDescription,
@@ -41,14 +50,32 @@ class Scales:
         return {"cup": np.eye(4)}
 
 
-def weighing(wrong: float = 0.0, noise: float = 0.0, **more: object) -> SensorsDescription:
-    binding = SensorBinding("full(cup)", YES_NO, Measurement("weight", ("cup",)), ">", 0.2, wrong, 1e-2)
+def weighing(wrong: float = 0.0, noise: float = 0.0, looks: int = 100, **more: object) -> SensorsDescription:
+    binding = SensorBinding("full(cup)", YES_NO, Measurement("weight", ("cup",)), ">", 0.2, wrong, 1e-2, looks)
     return SensorsDescription("scales", {"full(cup)": binding}, weight_noise=noise, **more)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("weight", "answer"), [(0.1, "false"), (0.3, "true"), (None, None)])
+@pytest.mark.parametrize(("weight", "answer"), [(0.1, "false"), (0.3, "true"), (None, None), (np.nan, None)])
 def test_a_weight_is_compared_with_the_threshold(weight: float | None, answer: str | None) -> None:
     assert SimulatedSensors(weighing(), Scales(weight)).resolve("full(cup)", YES_NO) == answer
+
+
+def test_what_was_not_measured_is_told_with_the_reason(stacked_scene: Scene) -> None:
+    """A hand that holds nothing weighs nothing, and too few looks decide nothing."""
+    robot = KinematicRobot(stacked_scene)
+    weight = SensorBinding("full(o1)", YES_NO, Measurement("weight", ("o1",)), ">", 0.2)
+    touch = SensorBinding("there(o1)", YES_NO, Measurement("contact", ("o1", "o2")))
+    sensors = SensorsDescription("hand", {"full(o1)": weight, "there(o1)": touch})
+    bound = SimulatedSensors(sensors, KinematicInstruments(robot))
+    assert bound.resolve("full(o1)", YES_NO) is bound.resolve("there(o1)", YES_NO) is None
+    assert not_measured(bound, "full(o1)") == "full(o1) was not measured: no hand holds o1"
+    assert not_measured(bound, "there(o1)") == "there(o1) was not measured: robots without forces feel no contact"
+    silent = SimulatedSensors(weighing(wrong=0.4, looks=3), Scales(0.3))
+    assert silent.resolve("full(cup)", YES_NO) is None
+    assert not_measured(silent, "full(cup)") == "full(cup) was not measured: 3 looks were not enough"
+    broken = SimulatedSensors(weighing(), Scales(np.nan))
+    assert broken.resolve("full(cup)", YES_NO) is None
+    assert not_measured(broken, "full(cup)") == "full(cup) was not measured: there is no reading of weight(cup)"
 
 
 @pytest.mark.parametrize(

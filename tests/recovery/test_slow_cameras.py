@@ -20,7 +20,7 @@ from kabo.scene import Scene
 from tests.recovery.test_surprises import stacked as stacked  # noqa: PLC0414 - a fixture
 
 
-@pytest.mark.parametrize("rate", [10.0, 30.0])
+@pytest.mark.parametrize("rate", [0.5, 10.0, 30.0])
 def test_after_a_surprise_what_a_slow_camera_sees_is_not_said_to_be_unseen(
     stacked: tuple[kabo.Problem, Scene, Plan], rate: float
 ) -> None:
@@ -64,4 +64,30 @@ def test_while_nobody_looks_no_body_gets_lost(stacked: tuple[kabo.Problem, Scene
     sensor = SimulatedSensors(SensorsDescription("camera", {}, camera), KinematicInstruments(robot, truth), truth)
     recovery = Slow(problem, scene, memo=kabo.Memo.of_plan(problem, plan))
     run = execute(plan, scene, robot, sensor, recovery=recovery)
+    assert run.reached_goal, run.reason
+
+
+def test_what_a_slow_and_noisy_camera_cannot_tell_by_a_hundred_looks_is_a_surprise(
+    stacked: tuple[kabo.Problem, Scene, Plan],
+) -> None:
+    """Robots wait for as many pictures as of a fast camera: they set out before they could tell."""
+    _, scene, plan = stacked
+    robot = KinematicRobot(scene)
+    camera = CameraDescription(scene.movable, position=0.02, rate=2.0)
+    sensor = SimulatedSensors(SensorsDescription("camera", {}, camera), KinematicInstruments(robot))
+    run = execute(plan, scene, robot, sensor)
+    assert run.surprise is not None and robot._follower.motion is None
+    looked = next(run.log.of("looked"))
+    assert max(looked["bodies"].values()) >= 99
+
+
+def test_between_two_pictures_what_was_seen_last_errs_as_much_as_it_did_then(
+    stacked: tuple[kabo.Problem, Scene, Plan],
+) -> None:
+    """One look says nothing with such noise, and none of the looks between two pictures says more."""
+    _, scene, plan = stacked
+    robot = KinematicRobot(scene)
+    camera = CameraDescription(scene.movable, position=0.01)
+    sensor = SimulatedSensors(SensorsDescription("camera", {}, camera), KinematicInstruments(robot))
+    run = execute(plan, scene, robot, sensor)
     assert run.reached_goal, run.reason

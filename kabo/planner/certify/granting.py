@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from kabo.geometry_server import HOLD_TOLERANCE, Frame, fits, rows, standing_frame, tool_frame
+from kabo.geometry_server import HOLD_TOLERANCE, Frame, family_of_hold, fits, rows, standing_frame, tool_frame
 from kabo.kinematics import satisfied
 from kabo.language.scene_description import Constraint
 from kabo.plan import Grant, Node, Plan, Segment, topological_order
@@ -88,17 +88,14 @@ class _Granting:
         return found
 
     def _family(self, situation: MotionSituation, robot: str, name: str) -> str | None:
-        """The first grasp family that declares how a robot holds an object now, or None."""
+        """The grasp family that declares how a robot holds an object now, or None."""
         chosen, body = self.scene.robots[robot], self.scene.bodies[name]
         roles = {"this": standing_frame(body, situation.pose(name))}
         if chosen.tool is None:
             return None
         roles["tool"] = tool_frame(chosen)
-        for family in body.grasps.values():
-            own = [c for c in family.constraints if "world" not in (c.first.owner, c.second.owner)]
-            if robot in (family.robots or [robot]) and self._holds(own, roles, situation, robot):
-                return family.name
-        return None
+        family = family_of_hold(chosen, body, roles, np.asarray(situation.q[robot]))
+        return None if family is None else family.name
 
     def _holds(
         self, constraints: Sequence[Constraint], roles: Frames, situation: MotionSituation, robot: str
