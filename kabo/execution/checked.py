@@ -4,7 +4,7 @@ A number that is none would be compared with what is proven, and no comparison w
 would be waited for without end. Both end a run, with the reason.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import isfinite
 
 import numpy as np
@@ -114,8 +114,11 @@ class CheckedPoses:
         """
         if self._lost:
             return {}
+        given = {name: pose for name, pose in self._given().items() if name in self.bodies}
+        if _are_poses(poses := [*given.values()]):  # as ever: one look at all of them
+            return dict(zip(given, poses, strict=True))
         try:
-            found = {name: _pose(name, given) for name, given in self._given().items() if name in self.bodies}
+            found = {name: _pose(name, pose) for name, pose in given.items()}
         except RobotFailed:
             self._lost = True
             raise
@@ -123,6 +126,22 @@ class CheckedPoses:
 
     def _given(self) -> Mapping[str, Array]:
         return self.sensor.poses() or {}
+
+
+def _are_poses(given: Sequence[Array]) -> bool:
+    """Whether all are poses (4, 4), with numbers."""
+    if not all(isinstance(each, np.ndarray) and each.shape == (4, 4) for each in given):
+        return False
+    poses = np.array(given, np.float64).reshape(-1, 4, 4)
+    return not given or bool(np.isfinite(poses).all() and _off(poses) <= RIGID)
+
+
+def _off(poses: Array) -> float:
+    """By how much axes of poses (k, 4, 4) are longer or shorter than one, or not at right angles; of a mirror infinite."""
+    turns = poses[:, :3, :3]
+    skew = np.abs(turns @ turns.transpose(0, 2, 1) - np.eye(3)).max()
+    off = max(float(skew), float(np.abs(poses[:, 3] - [0.0, 0.0, 0.0, 1.0]).max()))
+    return np.inf if np.linalg.det(turns).min() < 0.0 else off
 
 
 def _pose(name: str, given: Array) -> Array:
@@ -136,9 +155,7 @@ def _pose(name: str, given: Array) -> Array:
         raise RobotFailed(f"the sensor is lost: the pose of {name} has the form {pose.shape}, not (4, 4)")
     if not np.isfinite(pose).all():
         return pose
-    turn = pose[:3, :3]
-    off = max(np.abs(turn @ turn.T - np.eye(3)).max(), np.abs(pose[3] - [0.0, 0.0, 0.0, 1.0]).max())
-    if off > RIGID or np.linalg.det(turn) < 0.0:
+    if _off(pose[None]) > RIGID:
         text = (
             f"the sensor is lost: what it says of {name} is no pose: its axes are stretched, sheared or mirrored"
         )

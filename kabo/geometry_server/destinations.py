@@ -79,9 +79,8 @@ def family_of_hold(robot: Robot, body: Body, roles: Mapping[str, Frame], q: Arra
     found = []
     for family in body.grasps.values():
         own = [c for c in family.constraints if "world" not in (c.first.owner, c.second.owner)]
-        if robot.name not in (family.robots or [robot.name]) or not fits(own, roles):
-            continue
-        if satisfied(rows(own, roles), q, robot.tree, HOLD_TOLERANCE):
+        may = family.robots is None or robot.name in family.robots
+        if may and fits(own, roles) and satisfied(rows(own, roles), q, robot.tree, HOLD_TOLERANCE):
             found.append(family)
     return next((family for family in found if _is_as_wide(robot, family, q)), found[0] if found else None)
 
