@@ -97,8 +97,7 @@ class Watch:
     ) -> None:
         self.scene, self.margins = scene, margins
         self.looks, self.errors, self.latest = looks or Looks(None), errors or {}, LATEST + delay
-        self.displaced: dict[str, Displacement] = {}  # of bodies, by what was seen last
-        self._seen_last: dict[str, Seen] = {}  # the same, with the errors of looks
+        self._known: dict[str, Seen] = {}  # of bodies, by what was seen last
         self.undecided: set[str] = set()  # bodies that may be a surprise or not, as far as looks tell
         self.tolerated: list[
             dict[str, object]
@@ -164,7 +163,8 @@ class Watch:
             if name in robots or (running and off > PUSHED)
         }
         followed = frozenset((each.node, each.segment) for each in running)
-        near = self._nearness.judge(self.margins, followed, moving, state, belief, self.displaced)
+        displaced = {name: own.displaced for name, own in self._known.items()}
+        near = self._nearness.judge(self.margins, followed, moving, state, belief, displaced)
         if near is None:
             return None
         return Surprise("tracking", str(near), near.between[0], near.off, max(0.0, near.off - near.missing))
@@ -204,36 +204,38 @@ class Watch:
             part: what is followed now. done: segments that have ended, of nodes that have not.
         """
         looked = self.look(seen, state, belief)
-        holders = {name: belief.holder(name) for name in {**self.displaced, **seen}}
-        judged = {name: own for name, own in looked.items() if held or holders[name] is None}
-        for name, own in judged.items():
+        holders = {name: belief.holder(name) for name in self._known}
+        judged = {name for name, holder in holders.items() if held or holder is None}
+        for name in judged & looked.keys():
             for found in (self.measured, self._recent):
                 if found.bodies is not None:
-                    found.bodies[name] = max(found.bodies.get(name, 0.0), own.size)
+                    found.bodies[name] = max(found.bodies.get(name, 0.0), looked[name].size)
         self.undecided.difference_update(looked)
-        if not self._is_to_judge(judged, node):
+        if not self._is_to_judge([looked[name] for name in judged & looked.keys()], node):
             return None
         following = _Following(node, done, *self._closing(part))
-        farther = self._slacks(self._seen_last, following, 1.0)
-        nearer = self._slacks(self._seen_last, following, -1.0) if self.looks.noise is not None else farther
-        unseen = {name: own for name, own in self._seen_last.items() if name not in looked}
-        judged |= {name: own for name, own in unseen.items() if held or holders[name] is None}
-        for name, own in sorted(judged.items(), key=lambda each: -each[1].size):
-            holder, off = holders[name], own.size
+        farther = self._slacks(following, 1.0)
+        nearer = self._slacks(following, -1.0) if self.looks.noise is not None else farther
+        for name in sorted(judged, key=lambda each: (-self._known[each].size, each)):
+            off = self._known[name].size
             permitted = max(0.0, off + 0.5 * (farther[name].least + nearer[name].least))
-            if nearer[name].least < 0.0 or (farther[name].least < 0.0 and self._never_told(name, own, following)):
-                is_off = f"was seen last {1000 * off:.1f} mm" if name in unseen else f"is {1000 * off:.1f} mm"
-                where = "where it was put" if holder is None else f"its place in the hand of {holder}"
-                text = f"{name} {is_off} from {where}, {1000 * permitted:.1f} mm are proven to be free"
-                if nearer[name].other is not None:
-                    text += f" of {nearer[name].other} at {nearer[name].node}"
-                return Surprise("displaced" if holder is None else "grasp", text, name, off, permitted)
+            if nearer[name].least < 0.0 or (farther[name].least < 0.0 and self._never_told(name, following)):
+                text = self._sentence(name, holders[name], permitted, nearer[name], is_seen=name in looked)
+                return Surprise("displaced" if holders[name] is None else "grasp", text, name, off, permitted)
             if farther[name].least < 0.0:
                 self.undecided.add(name)
             elif off > NOTED and (node, name) not in self._noted:
                 self._noted.add((node, name))
-                self.tolerated.append(_told(name, node, own, permitted, farther[name]))
+                self.tolerated.append(_told(name, node, self._known[name], permitted, farther[name]))
         return None
+
+    def _sentence(self, name: str, holder: str | None, permitted: float, slack: Slack, *, is_seen: bool) -> str:
+        """That a body is farther off than is proven, and of what at which node."""
+        off = 1000 * self._known[name].size
+        is_off = f"is {off:.1f} mm" if is_seen else f"was seen last {off:.1f} mm"
+        where = "where it was put" if holder is None else f"its place in the hand of {holder}"
+        text = f"{name} {is_off} from {where}, {1000 * permitted:.1f} mm are proven to be free"
+        return text if slack.other is None else f"{text} of {slack.other} at {slack.node}"
 
     def look(self, seen: Mapping[str, Array], state: RobotState, belief: Belief) -> dict[str, Seen]:
         """How far each body that is seen is from its place; arguments as of `bodies`."""
@@ -253,22 +255,21 @@ class Watch:
                 )
                 for name in names
             }
-        self.displaced.update((name, own.displaced) for name, own in looked.items())
-        self._seen_last |= looked
+        self._known |= looked
         return looked
 
-    def _is_to_judge(self, looked: Mapping[str, Seen], node: str) -> bool:
+    def _is_to_judge(self, looked: Sequence[Seen], node: str) -> bool:
         """Whether any body is so far off, or may be, that pairs are to be looked at; mostly none is."""
-        most = max((own.size + own.error for own in looked.values()), default=0.0)
+        most = max((own.size + own.error for own in looked), default=0.0)
         tolerance = self.margins.rest(node)
         if tolerance is None or most > NOTED:
             return True
-        others = max((each.size for each in self.displaced.values()), default=0.0)
+        others = max((own.displaced.size for own in self._known.values()), default=0.0)
         return most + max(most, others) + 2.0 * sum(self.errors.values()) >= tolerance.least
 
-    def _never_told(self, name: str, own: Seen, following: "_Following") -> bool:
+    def _never_told(self, name: str, following: _Following) -> bool:
         """Whether a body was looked at as often as it may be, and may still be a surprise by itself."""
-        return own.looks >= MOST_LOOKS and self._slacks({name: own}, following, 1.0)[name].least < 0.0
+        return self._known[name].looks >= MOST_LOOKS and self._slacks(following, 1.0, name)[name].least < 0.0
 
     def _closing(self, part: Motion | None) -> tuple[Running, frozenset[str]]:
         """The segments that are followed now, and the bodies on which hands close."""
@@ -277,9 +278,16 @@ class Watch:
         nodes = self.margins.plan.nodes
         return running, frozenset(b for node, k in running for b, _ in nodes[node].motion[k].attach)
 
-    def _slacks(self, looked: Mapping[str, Seen], following: "_Following", sign: float) -> dict[str, Slack]:
-        """How much more bodies may be off from a node on, if looks err to one side: 1, they are farther off; -1, nearer."""
-        displaced = self.displaced | {name: own.with_error(sign) for name, own in looked.items()}
+    def _slacks(self, following: _Following, sign: float, only: str | None = None) -> dict[str, Slack]:
+        """How much more bodies may be off from a node on, if looks err to one side: 1, they are farther off; -1, nearer.
+
+        Args:
+            only: the body of which looks err; None: of all.
+        """
+        displaced = {
+            name: own.with_error(sign) if only in (None, name) else own.displaced
+            for name, own in self._known.items()
+        }
         node, done, running, taken = following
         tolerance = self.margins.rest(node)
         if tolerance is None:
