@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterable, Iterator
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.execution.sendable import unsendable
 from kabo.plan import Plan, StateChange, topological_order
 from kabo.scene import Scene
 
@@ -23,13 +24,14 @@ def require_fit(plan: Plan, scene: Scene) -> None:
 
     Raises:
         InputError: the plan names robots, joints, links or bodies that the scene does not have; its start leaves out one
-            that the scene has; or a segment has no trajectory.
+            that the scene has; a segment has no trajectory; or joints would jump, or leave their limits.
     """
     _refuse(_Names(scene).faults(plan))
     for name, node in plan.nodes.items():
         if any(segment.trajectory is None for segment in node.motion):
             text = f"{name} has no trajectory, as in plans of the format kabo-plan/1"
             raise InputError([Diagnostic("plan", 1, 1, text, "plan it anew")])
+    _refuse((text, "plan it anew") for text in unsendable(plan, scene))
 
 
 def _refuse(faults: Iterable[Fault]) -> None:
