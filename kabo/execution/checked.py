@@ -32,7 +32,8 @@ class CheckedRobot:
         self._last: RobotState | None = None
         self._joints = {name: own.joint_names for name, own in scene.robots.items()}
         self._time, self._waited = -np.inf, 0.0  # of the clock when it moved last, and what was waited since [s]
-        self._farthest, self._came = -np.inf, 0.0  # on the clock of the motion, and when it came there [s]
+        # On the clock of the motion, where it does not rest, and when it came there [s]:
+        self._farthest, self._came = -np.inf, 0.0
 
     def wait(self, seconds: float) -> None:
         """Lets time pass."""
@@ -77,7 +78,9 @@ class CheckedRobot:
             self._time, self._waited = state.time, 0.0
         elif self._waited > STANDS_STILL:
             yield f"its clock has been at {state.time:.3f} s while it was waited for {self._waited:.1f} s"
-        if not state.moving or state.motion_time != self._farthest:
+        if not state.moving:
+            self._farthest = -np.inf
+        elif state.motion_time != self._farthest:
             self._farthest, self._came = state.motion_time, state.time
         elif state.time - self._came > NO_FARTHER:
             yield f"it moves, and has come no farther on its motion than {state.motion_time:.3f} s for {NO_FARTHER:.0f} s"

@@ -8,6 +8,7 @@ import pytest
 
 from kabo.arrays import Array
 from kabo.execution import KinematicRobot, KnownTruth, RobotFailed, RobotState, execute
+from kabo.execution.checked import CheckedRobot
 from kabo.plan import Plan
 from kabo.scene import Scene
 
@@ -81,6 +82,17 @@ def _waiting(robot: Misbehaving) -> Callable[[float], None]:
             robot.time += seconds
 
     return wait
+
+
+def test_a_robot_that_has_rested_for_long_is_not_lost_when_it_begins(stacked_scene: Scene) -> None:
+    robot = KinematicRobot(stacked_scene)
+    state, seen = robot.state(), CheckedRobot(robot, stacked_scene)
+    for time, moving in ((0.0, False), (100.0, True), (129.0, True)):
+        robot.state = lambda time=time, moving=moving: replace(state, time=time, moving=moving)  # type: ignore[misc]
+        assert seen.state().moving == moving
+    robot.state = lambda: replace(state, time=131.0, moving=True)  # type: ignore[method-assign]
+    with pytest.raises(RobotFailed, match="no farther on its motion than 0.000 s for 30 s"):
+        seen.state()
 
 
 def test_what_a_robot_raises_leaves_the_executor_when_the_robots_stop(
