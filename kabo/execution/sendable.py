@@ -1,7 +1,8 @@
 """Whether the motions of a plan can be sent at all: joints do not jump, and stay where they can be.
 
 A plan that was verified has no such fault. One that was edited by hand and is carried out without being verified may have:
-whatever else it does, no robot is sent a setpoint out of its reach.
+whatever else it does, no robot is sent a setpoint out of its reach. `kabo verify` proves more, exactly; this takes some
+milliseconds, and stands between a file and a robot where nobody has verified.
 """
 
 from collections.abc import Iterator, Sequence

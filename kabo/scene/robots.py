@@ -197,7 +197,7 @@ class Robot:
 
     @cached_property
     def _expansion(self) -> tuple[Any, ...]:
-        """`actuation` as arrays, without the universe; joints of one value, and places; places of those of two."""
+        """`actuation` as arrays from joint 1 on: sources, ratios, shifts; joints with one value, their places; the others."""
         joints, own = list(self.model.joints)[1:], self.actuation
         single = [j for j, joint in enumerate(joints) if joint.nq == 1]
         continuous = [(j, joint.idx_q) for j, joint in enumerate(joints) if joint.nq != 1]
@@ -291,7 +291,7 @@ def link_poses(robot: Robot, q: Sequence[float]) -> dict[str, Array]:
 
 
 def link_pose(robot: Robot, q: Sequence[float], link: str) -> Array:
-    """The pose world_T_link (4, 4) of one link, as `link_poses` has it, in half the time.
+    """The pose world_T_link (4, 4) of one link, as `link_poses` has it, without those of the others.
 
     Raises:
         KeyError: the robot has no such link.

@@ -29,9 +29,8 @@ from kabo.simulation.hollows import unbridged
 CONVEX_SHARE = 0.995  # of the volume of its hull, from which a mesh counts as convex
 FEW_TRIANGLES = 500  # of a mesh whose parts are soon made
 _LOG = logging.getLogger(__name__)
-_Key = tuple[
-    str, float, float | None, bool
-]  # digest of a mesh, tolerance of its parts, precision, whether it is mated
+# The digest of a mesh, the tolerance of its parts, the precision, and whether the body is mated:
+_Key = tuple[str, float, float | None, bool]
 
 
 @dataclass(frozen=True)
