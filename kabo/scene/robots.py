@@ -197,7 +197,7 @@ class Robot:
 
     @cached_property
     def _expansion(self) -> tuple[Any, ...]:
-        """`actuation` as arrays from joint 1 on: sources, ratios, shifts; joints with one value, their places; the others."""
+        """`actuation` as arrays from joint 1 on: source, ratio, shift; joints of one value, their places; the others."""
         joints, own = list(self.model.joints)[1:], self.actuation
         single = [j for j, joint in enumerate(joints) if joint.nq == 1]
         continuous = [(j, joint.idx_q) for j, joint in enumerate(joints) if joint.nq != 1]
