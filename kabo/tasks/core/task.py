@@ -94,6 +94,8 @@ class Task(Serial):
     ) -> list[Solution]:
         """Plans until there are `max_solutions` or everything was tried; returns all solutions in order of discovery.
 
+        It ends, too, where a connector can join nothing because of the order of the stages, which `explain` tells.
+
         Args:
             scene: the scene in which the task begins; only the first call uses it.
             max_solutions: counted over all calls; None: as many as there are.
@@ -121,7 +123,7 @@ class Task(Serial):
         with ExitStack() as after_errors:
             after_errors.callback(self.close)
             was_stopped = False
-            while wanted() and not (was_stopped := stopped()):
+            while wanted() and not (was_stopped := stopped()) and not run.hopeless():
                 if run.complete():
                     run.lift()
                 elif (limit is not None and run.jobs >= limit) or not (run.step(helpers) or run.complete()):

@@ -46,7 +46,8 @@ def _told_run(run: RunReport) -> str:
     if run["found"]:
         best = min(found["cost"] for found in run["found"])
         text += f", best cost {number(best)}, the first after {run['found'][0]['seconds']:.3g} s"
-    ended = "everything was tried" if run["exhausted"] else "stopped" if run["stopped"] else "there may be more"
+    rest = "there may be more" if run["found"] else "given up"
+    ended = "everything was tried" if run["exhausted"] else "stopped" if run["stopped"] else rest
     return f"{text}; {run['seconds']:.3g} s in all, {ended}"
 
 

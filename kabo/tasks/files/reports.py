@@ -154,7 +154,7 @@ def _why(task: Task, paths: Mapping[int, str]) -> Why:
         "text": found.text,
         "stage": None if found.stage is None else paths[id(found.stage)],
         "failures": counted(found.failures),
-        "mismatches": counted(found.mismatches),
+        "mismatches": dict(found.mismatches),
         "examples": list(dict.fromkeys(_examples(found.examples))),
     }
 

@@ -9,7 +9,17 @@ from typing import Any, ClassVar
 from kabo.errors import did_you_mean
 from kabo.geometry_server import ProcedureContext, Refusal, Situation, Stream
 from kabo.scene import Scene
-from kabo.tasks.core import PARENT, Container, InitialisationError, Property, Stage, TaskError, tree
+from kabo.tasks.core import (
+    PARENT,
+    Alternatives,
+    Container,
+    Fallbacks,
+    InitialisationError,
+    Property,
+    Stage,
+    TaskError,
+    tree,
+)
 from kabo.tasks.robots import meanings
 
 ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)
@@ -143,12 +153,15 @@ def check_meaning(task: Container, scene: Scene, start: Situation | None = None)
         InitialisationError: lists all values that make no sense.
     """
     stages = [stage for stage in task.walk() if isinstance(stage, RobotStage)]
-    found = (
-        (stage, fault) for stage in stages for fault in (*_unmoved(stage, scene), *stage.faults(scene, start))
-    )
+    found = ((stage, fault) for stage in stages for fault in _faults(stage, scene, start))
     errors = [f"{stage.path!r}: {fault}" for stage, fault in found]
     if errors:
         raise InitialisationError(errors, tree(task))
+
+
+def _faults(stage: RobotStage, scene: Scene, start: Situation | None) -> Iterable[str]:
+    """What is wrong with a stage's values by themselves; if nothing is, what is wrong with them in the scene."""
+    return stage.properties.invalid() or [*_unmoved(stage, scene), *stage.faults(scene, start)]
 
 
 def _unmoved(stage: RobotStage, scene: Scene) -> Iterator[str]:
@@ -156,6 +169,14 @@ def _unmoved(stage: RobotStage, scene: Scene) -> Iterator[str]:
     for name in stage.moves():
         if name in scene.bodies and name not in scene.movable:
             yield f"{name} is not movable: nobody takes it or lets it go"
+
+
+def is_optional(stage: Stage) -> bool:
+    """Whether a stage stands below `Alternatives` or `Fallbacks`, so that there may be another way if it fails."""
+    above = stage.parent
+    while above is not None and not isinstance(above, (Alternatives, Fallbacks)):
+        above = above.parent
+    return above is not None
 
 
 def keep_faults(stage: RobotStage, start: Situation | None) -> Iterator[str]:

@@ -146,11 +146,15 @@ def goal(value: Any) -> str | None:
     if isinstance(value, (str, Sequence, Mapping)) and not (value.strip() if isinstance(value, str) else value):
         return "names nowhere to go"
     if not isinstance(value, Mapping):
-        return None
+        listed = isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, str)
+        return numbers(value, len(value)) if listed else None
     targets = [key for key in ("pose", "point") if key in value]
     if len(targets) == 2 or (targets and set(value) - {*targets, *(["frame"] if targets == ["point"] else [])}):
         return f"is a pose, a point in a frame, or joints, not {', '.join(map(repr, value))} together"
-    return _prefixed("point", numbers(value["point"], 3)) if targets == ["point"] else None
+    if targets:
+        return _prefixed("point", numbers(value["point"], 3)) if targets == ["point"] else None
+    wrong = next((joint for joint, v in value.items() if not (_number(v) and math.isfinite(v))), None)
+    return None if wrong is None else f"has a value of {wrong} that is a finite number, not {value[wrong]!r}"
 
 
 _ROUND = {"cylinder": ("radius", "height"), "sphere": ("radius",), "capsule": ("radius", "length")}

@@ -15,7 +15,7 @@ from kabo.geometry_server import Refusal, ScenePredicates, Situation
 from kabo.language import load_scene_description
 from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
-from kabo.tasks.core import InitialisationError, Parent, Result, Task
+from kabo.tasks.core import Fallbacks, InitialisationError, Parent, Result, Task
 from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import STAGES, TaskScene, check_meaning
@@ -92,6 +92,17 @@ def start() -> TaskScene:
         ),
         (lambda: make("Attach", object="table", to="arm"), "table is not movable"),
         (
+            lambda: make("AddGeometry", body="object", shape={"sphere": {"radius": 1}}),
+            "the scene has 'object' already",
+        ),
+        (lambda: make("MoveTo", robot="arm", goal="hme"), "no configuration 'hme', did you mean \"home\"?"),
+        (
+            lambda: make("MoveTo", robot="arm", goal={"jont_1": 0.1}),
+            "no joint 'jont_1', did you mean \"joint_1\"?",
+        ),
+        (lambda: make("MoveTo", robot="arm", goal={"joint_1": 9.0}), "would be at 9, outside its limits"),
+        (lambda: make("MoveTo", robot="arm", goal=[0.0]), "planned joints: [0.0] is no configuration of it"),
+        (
             lambda: make("Reparameterise", make("NoOp"), acceleration={"elbow": 1.0}),
             "no robot has a joint 'elbow'",
         ),
@@ -103,6 +114,30 @@ def test_what_means_nothing_is_told_with_its_stage_before_planning(stage: Callab
         check_meaning(task, scene, Situation.of(scene.start))
     assert told in str(refused.value)
     assert f"'{task.children[-1].path}': " in str(refused.value)
+
+
+def test_a_goal_that_another_stage_may_replace_is_no_fault() -> None:
+    """A task of any robot may try one that only some robots have."""
+    scene = small()
+    either = Fallbacks("either", make("MoveTo", robot="arm", goal="carry"), make("NoOp"))
+    stays = STAGES["MoveTo"]("stays", robot="arm", goal="carry", if_missing="stay")
+    check_meaning(Task("t", make("CurrentState"), either, stays), scene, Situation.of(scene.start))
+
+
+@pytest.mark.parametrize(
+    ("stage", "told"),
+    [
+        ({"pairs": [[Parent("robot")]]}, "'pairs' is a list of pairs of names, not of ['arm']"),
+        ({"pairs": [Parent("robot"), "object"]}, "'pairs' is a list of pairs of names, not of 'arm'"),
+        ({"pairs": [[Parent("robot"), "arm"]]}, "'pairs' has a pair of arm with itself"),
+    ],
+)
+def test_a_value_with_references_that_is_none_is_told_by_its_property(stage: dict[str, Any], told: str) -> None:
+    """The stage itself looked into it first: `not enough values to unpack`."""
+    task, scene = Task("t", make("CurrentState"), make("AllowContact", **stage), robot="arm"), small()
+    with pytest.raises(InitialisationError) as refused:
+        check_meaning(task, scene, Situation.of(scene.start))
+    assert f"'AllowContact': {told}" in str(refused.value)
 
 
 @pytest.mark.parametrize(

@@ -107,6 +107,11 @@ def refused(folder: Path, stage: str) -> str:
         ("{name: s, stage: MoveRelative, robot: arm, direction: {joints: {}}}", "has no joints to move"),
         ("{name: s, stage: MoveTo, robot: arm, goal: home, group: hand}", '"group" of "s" is arm or gripper'),
         ("{name: s, stage: MoveTo, robot: arm, goal: home, if_missing: stop}", "fail or stay"),
+        (
+            "{name: s, stage: MoveTo, robot: arm, goal: {j1: .nan}}",
+            "a value of j1 that is a finite number, not '.nan'",
+        ),
+        ("{name: s, stage: MoveTo, robot: arm, goal: [0, up]}", '"goal" of "s" is 2 finite numbers'),
         ("{name: s, stage: AllowContact, pairs: []}", '"pairs" of "s" has no pairs'),
         ("{name: s, stage: AllowContact, pairs: [[a, b]], links: touching}", "all or touch"),
         ("{name: s, stage: Wait, robot: '', duration: 1}", '"robot" of "s" names nothing'),

@@ -208,7 +208,23 @@ def test_scenes_that_differ_beside_the_arm_are_never_joined_and_say_why(first_sc
     assert str(connect(scene, other)).startswith("right: ")
     assert "permitted" in str(connect(scene, scene.permitting([("bottle_1", "table")])))
     padded = only(forward(scene, "Pad", things=["bottle_1"], distance=0.02)).scene
-    assert connect(scene, padded) == "padding of bottle_1 is there on one side only"
+    assert connect(scene, padded) == "padding of bottle_1 is there only where it ends"
+    assert connect(padded, scene) == "padding of bottle_1 is there only where it begins"
+
+
+def test_a_contact_on_one_side_only_says_which_stage_is_missing(first_scene: First) -> None:
+    scene = first_scene(BARTENDER)
+    touching = scene.permitting([("bottle_1", "table")])
+    told = "contact of bottle_1 and table is permitted only where it "
+    assert connect(scene, touching) == f"{told}ends: AllowContact is missing after it"
+    assert connect(touching, scene) == f"{told}begins: ForbidContact is missing before it"
+
+
+def test_a_contact_that_the_scene_always_permits_keeps_no_scenes_apart(first_scene: First) -> None:
+    """Such a body was carried nowhere: where it is put down its table was permitted once more, and before it was not."""
+    scene = first_scene(BARTENDER)
+    always = min(tuple(sorted(pair)) for pair in scene.context.scene.allowed if len(pair) == 2)  # noqa: PLR2004
+    assert connect(scene, scene.permitting([always])).motion == ()
 
 
 def test_a_way_joins_both_ends_exactly_and_is_the_same_whenever_it_is_asked(first_scene: First) -> None:

@@ -284,16 +284,27 @@ class Properties:
             if self.reads_interface(name):
                 continue
             try:
-                value = self.value(name)
+                fault = self._invalid(name, self.value(name))
             except (UndeclaredProperty, UndefinedProperty) as error:
                 found.append(str(error))
             else:
-                if not self._declared[name].accepts(value):
-                    wanted = self._declared[name].type_name
-                    found.append(f"{name!r} of stage {self._stage.path!r} is {wanted}, not {value!r}")
-                elif (fault := self._declared[name].fault(value)) is not None:
-                    found.append(f"{name!r} of stage {self._stage.path!r} {fault}")
+                found += [] if fault is None else [f"{name!r} of stage {self._stage.path!r} {fault}"]
         return found
+
+    def invalid(self) -> list[str]:
+        """What is wrong with values that are known by now: of the wrong type, or invalid, once references are followed."""
+        found = []
+        for name in self._set:
+            try:
+                fault = self._invalid(name, self.value(name))
+            except (UndeclaredProperty, UndefinedProperty):
+                continue  # not known by now
+            found += [] if fault is None else [f"{name!r} {fault}"]
+        return found
+
+    def _invalid(self, name: str, value: Any) -> str | None:
+        declared = self._declared[name]
+        return declared.fault(value) if declared.accepts(value) else f"is {declared.type_name}, not {value!r}"
 
 
 class PropertyResolver:

@@ -18,6 +18,13 @@ class _Same:
 SAME = _Same()
 
 
+class StructuralReason(str):
+    """The reason why two states never fit that lies in the order of the stages, whatever values they choose.
+
+    One stage permits a contact on one side of a connector, for example, and none does on the other side.
+    """
+
+
 @dataclass(frozen=True)
 class Agreed:
     """The value of an interface property that has to be equal on both sides of a connector, where both sides have it.

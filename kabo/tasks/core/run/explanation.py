@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from kabo.tasks.core.model.containers import Alternatives, Container, Fallbacks
+from kabo.tasks.core.model.results import StructuralReason
 from kabo.tasks.core.model.solutions import Solution
 from kabo.tasks.core.model.stages import Monitor, Stage
 from kabo.tasks.core.run.nodes import StageStatistics
@@ -52,7 +53,10 @@ def _blamed(stage: Stage, statistics: Mapping[Stage, StageStatistics]) -> list[S
 
 
 def _counts(counted: Mapping[str, int]) -> dict[str, int]:
-    return dict(sorted(counted.items(), key=lambda item: (-item[1], item[0])))
+    """The reasons, the most frequent first; those that lie in the order of the stages before all others."""
+    return dict(
+        sorted(counted.items(), key=lambda item: (not isinstance(item[0], StructuralReason), -item[1], item[0]))
+    )
 
 
 def _unasked(task: Container, statistics: Mapping[Stage, StageStatistics]) -> str:

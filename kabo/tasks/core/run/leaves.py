@@ -5,13 +5,17 @@ from typing import Any
 
 from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
-from kabo.tasks.core.model.results import SAME, Agreed, Answers, Result
+from kabo.tasks.core.model.results import SAME, Agreed, Answers, Result, StructuralReason
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Connector, Generator, Propagator
 from kabo.tasks.core.run.graph import meet
 from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import StageJob
 from kabo.tasks.core.run.nodes import StageNode
+
+MAX_STRUCTURAL_MISMATCHES = (
+    100  # pairs that a connector cannot join for the order of the stages, until it counts as wrong
+)
 
 
 class GeneratorNode(Leaf):
@@ -216,6 +220,8 @@ class ConnectorNode(Joining, Leaf):
         self._sides: tuple[dict[object, list[State]], dict[object, list[State]]] = ({}, {})  # by lane
         self.open: dict[State, dict[StageJob, None]] = {}  # by state, the jobs of its open pairs
         self._has_mismatch = type(self.stage).mismatch is not Connector.mismatch
+        self._structural = 0  # pairs that the order of the stages keeps apart
+        self._fitted = False  # whether a pair has ever fitted
 
     def take(self, state: State, side: int, lane: object) -> None:
         """Queues a job for each state on the other side that the new state may be joined with.
@@ -244,13 +250,19 @@ class ConnectorNode(Joining, Leaf):
             reason = self.stage.mismatch(*given[:3])
             if reason is not None:
                 self.statistics.mismatches[reason] += 1
+                self._structural += isinstance(reason, StructuralReason)
                 return
+        self._fitted = True
         job = StageJob((start, end, lane), given)
         self.open[start][job] = self.open[end][job] = None
         self.queue(job)
         for state, side in ((start, RIGHT), (end, LEFT)):
             if not state.alive[side]:
                 self.planning.recheck(state, side)
+
+    def never_fits(self) -> bool:
+        """Whether no pair has ever fitted, and the order of the stages has kept many apart: more states change nothing."""
+        return not self._fitted and self._structural >= MAX_STRUCTURAL_MISMATCHES
 
     def rekey(self, state: State, side: int) -> None:
         """Queues the jobs of all pairs that contain the state again, at their improved priority."""

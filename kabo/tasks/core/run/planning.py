@@ -79,6 +79,9 @@ class Planning:
         self._gates = {node: self._gates_of(node) for node in self.order}
         self._fallbacks = [node for node in self.order if isinstance(node, FallbacksNode)]
         self._joining = [node for node in self.order if isinstance(node, Joining)]
+        choices = any(isinstance(stage, (Alternatives, Fallbacks)) for stage in self.nodes)
+        # Where children are chosen among, others may fit that have found nothing yet.
+        self._needed = [] if choices else [node for node in self.order if isinstance(node, ConnectorNode)]
         for node in self.order:
             if isinstance(node, MonitorNode):
                 node.monitored = self.nodes[node.stage.monitored]  # type: ignore[attr-defined]
@@ -158,6 +161,10 @@ class Planning:
     def complete(self) -> bool:
         """Whether complete paths through the whole task wait to become solutions of the task."""
         return bool(self.root.paths.heap)  # type: ignore[attr-defined]
+
+    def hopeless(self) -> bool:
+        """Whether a connector of every solution joins nothing, for the order of the stages around it."""
+        return any(node.never_fits() for node in self._needed)
 
     def lift(self) -> Solution | None:
         """Turns the cheapest complete path into a solution of the task and returns it.

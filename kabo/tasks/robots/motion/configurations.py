@@ -35,21 +35,31 @@ def goal_of(scene: TaskScene, name: str, wanted: Any) -> Array:
         BeyondLimitsError: a joint is beyond its limits.
         ValueError: the number of values is wrong.
     """
-    robot, q = scene.robot(name), scene.configuration(name)
+    return configured(scene.robot(name), scene.configuration(name), wanted)
+
+
+def configured(robot: Robot, q: Array, wanted: Any) -> Array:
+    """As `goal_of`, from the configuration `q` (n,) of a robot.
+
+    Raises:
+        NoConfigurationError, BeyondLimitsError, ValueError: as `goal_of`.
+    """
     if isinstance(wanted, str):
         if wanted in (OPEN, CLOSED) and wanted not in robot.configurations:
             return with_joints(robot, q, hand(robot, wanted))
         values: Any = robot.configurations.get(wanted)
         if values is None:
             hint = did_you_mean(wanted, robot.configurations) or ""
-            raise NoConfigurationError(f"{name} has no configuration {wanted!r}{', ' + hint if hint else ''}")
+            raise NoConfigurationError(
+                f"{robot.name} has no configuration {wanted!r}{', ' + hint if hint else ''}"
+            )
         return rounded(np.concatenate([values, q[robot.planned :]]))
     if isinstance(wanted, Mapping):
         return _within(robot, with_joints(robot, q, wanted), wanted)
     if isinstance(wanted, (Sequence, np.ndarray)) and len(wanted) in (robot.planned, len(q)):
         given = rounded(np.concatenate([np.asarray(wanted, float), q[len(wanted) :]]))
         return _within(robot, given, robot.joint_names[: len(wanted)])
-    raise ValueError(f"{name} has {robot.planned} planned joints: {wanted!r} is no configuration of it")
+    raise ValueError(f"{robot.name} has {robot.planned} planned joints: {wanted!r} is no configuration of it")
 
 
 def hand(robot: Robot, wanted: str) -> Mapping[str, float]:
@@ -69,9 +79,8 @@ def with_joints(robot: Robot, q: Array, values: Mapping[str, float]) -> Array:
     result = q.copy()
     for joint, value in values.items():
         if joint not in robot.joint_names:
-            raise NoConfigurationError(
-                f"{robot.name} has no joint {joint!r}; it has {', '.join(robot.joint_names)}"
-            )
+            hint = did_you_mean(joint, robot.joint_names) or f"it has {', '.join(robot.joint_names)}"
+            raise NoConfigurationError(f"{robot.name} has no joint {joint!r}, {hint}")
         result[robot.joint_names.index(joint)] = float(value)
     return rounded(result)
 

@@ -7,7 +7,7 @@ import numpy as np
 from kabo.geometry_server import Refusal, Situation
 from kabo.scene import Scene
 from kabo.tasks.core import Connector, Result
-from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.results import Answers, StructuralReason
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots.declaring import ATTEMPT_TIMEOUT, KEEP, PLANNER, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.motion.paths import length
@@ -94,13 +94,19 @@ def _joints(start: TaskScene, end: TaskScene, moving: str) -> str | None:
 
 
 def _contacts(start: TaskScene, end: TaskScene) -> str | None:
-    differing = start.permitted ^ end.permitted
+    # What the scene permits always is permitted on both sides, whoever permits it once more.
+    differing = (start.permitted ^ end.permitted) - start.context.scene.allowed
     if not differing:
         return None
     first = min(tuple(sorted(pair)) for pair in differing)
-    return f"contact of {' and '.join(first)} is permitted on one side only"
+    begins = frozenset(first) in start.permitted
+    where = "begins: ForbidContact is missing before it" if begins else "ends: AllowContact is missing after it"
+    return StructuralReason(f"contact of {' and '.join(first)} is permitted only where it {where}")
 
 
 def _extras(start: TaskScene, end: TaskScene) -> str | None:
     differing = {e.name for e in set(start.extras) ^ set(end.extras)}
-    return f"{min(differing)} is there on one side only" if differing else None
+    if not differing:
+        return None
+    side = "begins" if any(e.name == min(differing) for e in start.extras) else "ends"
+    return StructuralReason(f"{min(differing)} is there only where it {side}")

@@ -34,7 +34,9 @@ class AddGeometry(RobotStage, Propagator):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A message if the scene lacks the parent."""
+        """Messages if the scene lacks the parent, or has a thing of the new name."""
+        if self.known("body") in scene.bodies or self.known("body") in scene.robots:
+            yield f"the scene has {self.known('body')!r} already: give the added body a new name"
         yield from _unknown(self.known("parent"), scene, ("world",))
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:

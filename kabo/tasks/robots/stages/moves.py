@@ -13,9 +13,16 @@ from kabo.tasks.core import Propagator, Property, Result
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ATTEMPT_TIMEOUT, KEEP, PLANNER, ROBOT, RobotStage, keep_faults
+from kabo.tasks.robots.declaring import ATTEMPT_TIMEOUT, KEEP, PLANNER, ROBOT, RobotStage, is_optional, keep_faults
 from kabo.tasks.robots.meanings import RRT_CONNECT, TOOL_LINE
-from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, BeyondLimitsError, NoConfigurationError, goal_of
+from kabo.tasks.robots.motion.configurations import (
+    CLOSED,
+    OPEN,
+    BeyondLimitsError,
+    NoConfigurationError,
+    configured,
+    goal_of,
+)
 from kabo.tasks.robots.motion.paths import grip, length
 from kabo.tasks.robots.motion.planners import planned_way
 from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
@@ -101,11 +108,24 @@ class MoveTo(RobotStage, Propagator):
         if keep and (self.known("group") or ("gripper" if goal in (OPEN, CLOSED) else "arm")) == "gripper":
             yield "`keep` is for the arm, and only the gripper moves"
         yield from keep_faults(self, start)
+        yield from self._nowhere(scene)
 
     def reads(self) -> tuple[str, ...]:
         """The held object that the property `keep` names, as a tuple; empty if it names none."""
         keep = self.known("keep")
         return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
+
+    def _nowhere(self, scene: Scene) -> Iterator[str]:
+        """A message for a goal that is no configuration of the robot, unless another stage may replace this one."""
+        robot, goal = scene.robots.get(self.known("robot")), self.known("goal")
+        if robot is None or goal is None or _is_pose(goal) or is_optional(self):
+            return
+        try:
+            configured(robot, np.array(scene.start.robots[robot.name]), goal)
+        except ValueError as error:
+            missing = isinstance(error, NoConfigurationError) and not isinstance(error, BeyondLimitsError)
+            if not (missing and self.known("if_missing") == "stay"):
+                yield str(error)
 
     def _moved(self, scene: TaskScene, name: str, goal: Array, properties: Values) -> Any:
         n, start = scene.robot(name).planned, scene.configuration(name)
