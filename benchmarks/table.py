@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 PACKAGES = ("numpy", "scipy", "numba", "pin", "python-fcl", "trimesh", "coacd", "scikit-learn", "mujoco")
@@ -87,7 +87,7 @@ def _cell(value: Any) -> str:
 
 
 def surroundings() -> dict[str, Any]:
-    """What figures depend on: the command, the day, versions, commit, processor, load."""
+    """What figures depend on: the command, the day, versions, commit, processor, load, and its pace now."""
     found: dict[str, str | None] = {}
     for package in PACKAGES:
         try:
@@ -106,8 +106,17 @@ def surroundings() -> dict[str, Any]:
         "processor": _processor(),
         "cores": os.cpu_count(),
         "load": load,
+        "pace": _pace(),
         "versions": found,
     }
+
+
+def _pace() -> float:
+    """Processor seconds of ten million additions in Python: a shared processor has not always the same pace."""
+    began, total = process_time(), 0
+    for number in range(10_000_000):
+        total += number
+    return round(process_time() - began, 3)
 
 
 def _told(argument: str) -> str:

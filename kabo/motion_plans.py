@@ -6,12 +6,14 @@ rounded corners; `verify` judges the plan like any other.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
+from kabo.given import require_given
 from kabo.motion import Trajectory
 from kabo.options import require_clearance
 from kabo.plan import Node, Plan, Segment, node_to_json
@@ -93,7 +95,7 @@ class Motion:
 
 
 def plan_motion(
-    scene: "Scene",
+    scene: "Scene | str | Path",
     robot: str,
     start: Where,
     goal: Where,
@@ -112,7 +114,7 @@ def plan_motion(
     where that is proven. All other bodies and robots stand as at the start of the scene.
 
     Args:
-        scene: what `kabo.load_scene` returns.
+        scene: the scene, or the path of a scene file or of a problem file with a scene.
         robot: the name of the robot.
         start, goal: the name of a configuration of the scene (`start` is where the robot stands there), or the values of
             the planned joints [rad or m], in their order or by their names; those without a value stay where they start.
@@ -127,8 +129,8 @@ def plan_motion(
         stop: asked now and then whether to give up.
 
     Raises:
-        InputError: a name is unknown, values do not fit, or an end is outside the limits, in collision, or does not keep
-            the constraint; it says which joint or pair, and by how much.
+        InputError: the scene does not load, a name is unknown, values do not fit, or an end is outside the limits, in
+            collision, or does not keep the constraint; it says which joint or pair, and by how much.
         NoMotionError: no way was found; it says what was in the way.
         ValueError: `clearance` is negative, or more than any scene has.
         CutOff: `stop` returned True.
@@ -156,7 +158,7 @@ def plan_motion(
 
 
 def find_motion(
-    scene: "Scene",
+    scene: "Scene | str | Path",
     robot: str,
     start: Where,
     goal: Where,
@@ -176,8 +178,11 @@ def find_motion(
     """
     # Load kernels, which motion needs.
     from kabo.geometry_server import GeometryServer, Refusal, way_to
+    from kabo.scene import Scene, load_scene
     from kabo.tasks.robots import TaskScene
 
+    require_given("scene", scene, Scene, str, Path)
+    scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if robot not in scene.robots:
         raise _fault("robot", f"the scene has no robot {robot!r}", _suggested(robot, scene.robots))
     chosen = scene.robots[robot]

@@ -72,6 +72,8 @@ def measured(path: Path) -> str:
         f"`{command}`, {around['date']}, commit {around['commit'][:10]}, {around['processor']}, {around['cores']} cores, "
         f"load {load} at the end; Python {around['python']}, {versions}."
     )
+    if "pace" in around:
+        said += f" Ten million additions in Python took {around['pace']:.2g} s of the processor then."
     if around["load"][0] > around["cores"]:
         said += " **The machine had more to do than it has cores: seconds on the clock are too long.**"
     return "\n".join([said, "", *(table(each) for each in content["tables"])])

@@ -3,6 +3,7 @@
 import argparse
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from math import inf, radians
 from pathlib import Path
 from types import MappingProxyType
@@ -17,6 +18,8 @@ from kabo.errors import Diagnostic, InputError
 from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
 
 LENGTHS = ("mm", "m")
+# The options that give the arguments of `plan_motion`:
+OPTION_OF = {"robot": "--robot", "start": "--from", "goal": "--to", "keep": "--keep", "holding": "--holding"}
 NAME = "motion"
 HELP = (
     "plan a motion of a robot from one configuration to another, as a plan for verify, view, picture and executors"
@@ -80,6 +83,9 @@ def run(options: argparse.Namespace) -> int:
             except rooms.NoMotionError as error:
                 complain(str(error))
                 return exit_codes.NO_PLAN
+            except InputError as error:
+                told = (replace(each, file=OPTION_OF.get(each.file, each.file)) for each in error.diagnostics)
+                raise InputError(told) from None
         if options.output is not None:
             found.plan(certificate=options.certificate).save(options.output)
     motion = found.trajectory

@@ -29,6 +29,7 @@ from kabo.execution.log import Log
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
 from kabo.execution.settings import USUAL, ExecutionSettings
 from kabo.execution.watching import Surprise
+from kabo.given import require_given
 from kabo.plan import Plan, State, state_after
 from kabo.scene import Scene
 from kabo.verify import Report
@@ -90,6 +91,9 @@ def execute(
     Raises:
         InputError: the plan does not fit the scene, or has less proven clearance than the robots' tracking error.
     """
+    require_given("plan", plan, Plan)
+    if scene is not None:
+        require_given("scene", scene, Scene)
     return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop, recovery, report).run()
 
 

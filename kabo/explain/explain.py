@@ -17,6 +17,7 @@ from kabo.errors import InputError
 from kabo.explain.findings import Counterfactual, Finding, Obstacles
 from kabo.explain.sentences import report
 from kabo.explain.unused import Unused
+from kabo.given import require_given
 from kabo.knowledge import Verdict as Judged
 from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding.problem import ground_whole
@@ -158,6 +159,7 @@ def explain(
         >>> kabo.explain(kabo.load_problem("domains/grid/n3.yaml"))
         <Explanation solvable: There is a plan as far as knowledge goes.>
     """
+    require_given("problem", problem, Problem)
     seconds = SECONDS if timeout is None else timeout
     bytes_ = default_memory() if memory is None else memory
     stop = StopFlag(seconds, bytes_, cancelled)

@@ -16,6 +16,7 @@ from kabo.exporting.texts import lines_of
 from kabo.exporting.urscript import USUAL_RATE as UR_RATE
 from kabo.exporting.urscript import statements, ur_program
 from kabo.exporting.way import Choice, refusal, require_followable, timed_branch
+from kabo.given import require_given
 from kabo.plan import Plan, plan_to_dot
 
 MAX_PART = 100  # characters of what differs in a message
@@ -126,6 +127,7 @@ def export(
         >>> kabo.export(plan, "mermaid").splitlines()[0]
         'flowchart TD'
     """
+    require_given("plan", plan, Plan)
     wishes = Wishes(Choice(branch, node, robot), rate, way_points, file)
     return _format(plan, to, wishes).write(plan, wishes)
 

@@ -4,6 +4,7 @@ from kabo.motion.blending import blended as blended
 from kabo.motion.blending import thinned as thinned
 from kabo.motion.chords import Polynomials as Polynomials
 from kabo.motion.chords import joined_deviations as joined_deviations
+from kabo.motion.chords import passing_times as passing_times
 from kabo.motion.curving import natural_slopes as natural_slopes
 from kabo.motion.curving import smooth_knots as smooth_knots
 from kabo.motion.following import path_deviations as path_deviations

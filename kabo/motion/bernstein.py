@@ -24,7 +24,13 @@ _OF_DEGREE = [_matrices(degree) for degree in range(MAX_DEGREE + 1)]
 
 
 def derivative(coefficients: Array, order: int) -> Array:
-    """The coefficients (…, k - order) of the derivative of polynomials (…, k); one zero if nothing is left."""
+    """The coefficients (…, k - order) of the derivative of polynomials (…, k); one zero if nothing is left.
+
+    Raises:
+        ValueError: the order is negative.
+    """
+    if order < 0:
+        raise ValueError(f"derivatives have the order 0 or more, not {order}")
     found = coefficients
     for _ in range(order):
         found = found[..., 1:] * np.arange(1, found.shape[-1])

@@ -14,6 +14,9 @@ from kabo.arrays import Array
 from kabo.motion.bernstein import recentred
 from kabo.motion.following import away_from_pieces
 
+TIME_STEP = 0.02  # [s] at most between way points of motions that run at the same time,
+MAX_STEPS = 100  # but no more of them between two ends of pieces: slow motions have the same shape as fast ones
+
 
 class Polynomials(NamedTuple):
     """A motion: the ends of its pieces (k + 1,) [s], and their coefficients (k, n, 6)."""
@@ -35,6 +38,13 @@ def joined_deviations(motions: Sequence[Polynomials], waypoints: Array, passing:
     parts = np.concatenate([_between(motion, passing[:-1], middle) for motion in motions], axis=1)
     parts[..., 0] -= waypoints[:-1]
     return away_from_pieces(parts, np.diff(waypoints, axis=0), spans)
+
+
+def passing_times(ends: Sequence[float]) -> Array:
+    """The times (m,) [s] of the way points of motions that run at the same time, given the ends of all their pieces."""
+    counts = np.clip(np.ceil(np.diff(ends) / TIME_STEP - 1e-9), 1, MAX_STEPS).astype(int)
+    cut = [np.arange(n) / n * (b - a) + a for a, b, n in zip(ends, ends[1:], counts, strict=False)]
+    return np.concatenate([*cut, ends[-1:]])
 
 
 def _between(motion: Polynomials, begin: Array, middle: Array) -> Array:

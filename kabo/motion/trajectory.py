@@ -145,8 +145,6 @@ class Trajectory:
         Raises:
             ValueError: the order is negative.
         """
-        if order < 0:
-            raise ValueError(f"derivatives have the order 0 or more, not {order}")
         wanted = np.asarray(times, np.float64)
         clipped = np.minimum(np.maximum(wanted, self.times[0]), self.times[-1])
         k = np.minimum(np.searchsorted(self.knots, clipped, side="right"), len(self.coefficients)) - 1
@@ -174,6 +172,9 @@ class Trajectory:
 
         They are bounds by Bernstein coefficients: the true range is within them, and they are wider by little. With more
         `halvings` of the pieces they are tighter.
+
+        Raises:
+            ValueError: the order is negative.
         """
         low, high = self.piece_bounds(order, halvings=halvings)
         return low.min(axis=0), high.max(axis=0)

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.given import require_given
 from kabo.knowledge import Branching, GroundAction, GroundedTask
 from kabo.knowledge.actions import RunTimeArgument
 from kabo.language.problem import Problem
@@ -40,6 +41,8 @@ def after(
         >>> kabo.solve(problem, start=state)
         <Result solved: 10 nodes, 2 outcomes, 8 actions at most>
     """
+    require_given("problem", problem, Problem)
+    require_given("plan", plan, Plan)
     require_of(problem, plan)
     return state_after(plan, history, robots=robots, objects=objects)
 

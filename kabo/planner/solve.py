@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from kabo.budgets import default_memory
 from kabo.errors import CutOff
 from kabo.frozen_gc import frozen_gc
+from kabo.given import require_given
 from kabo.knowledge import GroundedTask, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Options, SolveOptions, takes_options
@@ -96,6 +97,9 @@ def solve(
         >>> result.statistics["plan_leaves"]
         2
     """
+    require_given("problem", problem, Problem)
+    if start is not None:
+        require_given("start", start, State)
     scene = problem.scene
     found: SolveOptions = {"memory": default_memory(), "epsilon": None if scene is None else scene.epsilon}
     chosen = Options.of(options, problem.options, found)

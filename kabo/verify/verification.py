@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from kabo.given import require_given
 from kabo.language import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.plan import Plan, State, plan_statistics
@@ -56,6 +57,7 @@ def verify_plan(
         >>> kabo.verify(problem, kabo.solve(problem).plan)
         <Report verified: 2 outcomes>
     """
+    require_given("plan", plan, Plan)
     problem = _problem(problem, plan)
     if procedures:
         seed = plan.options.get("seed")
@@ -87,9 +89,12 @@ def verify_plan(
 def _problem(given: "Problem | Scene | SceneDescription", plan: Plan) -> Problem:
     if isinstance(given, Problem):
         return given
-    scene = given if isinstance(given, SceneDescription) else given.description
+    scene: object = getattr(given, "description", given)
     if scene is None:
         raise ValueError("the scene was not loaded from a file: give what `kabo.load_scene` returns")
+    if not isinstance(scene, SceneDescription):
+        require_given("problem", given, Problem)
+    assert isinstance(scene, SceneDescription)
     return scene_alone(scene, plan)
 
 

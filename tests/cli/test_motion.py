@@ -55,9 +55,13 @@ def test_values_may_begin_with_a_negative_one(goal: str):
         (["--to", "home", "--holding", "cam_1"], 'did you mean "can_1"?'),
     ],
 )
-def test_what_does_not_fit_is_refused(arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]):
+def test_what_does_not_fit_is_refused_at_its_option(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+):
     assert main(["motion", str(SCENE), *arguments]) == exit_codes.BAD_INPUT
-    assert said in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert said in told
+    assert f"{arguments[-2]}:1:1: " in told
 
 
 @pytest.mark.parametrize(

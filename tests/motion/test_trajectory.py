@@ -34,6 +34,13 @@ def test_a_linear_trajectory_passes_its_way_points_at_their_times():
     assert made.duration == 3.0
 
 
+def test_there_is_no_derivative_of_a_negative_order():
+    whole, _ = random_motion(0)
+    for asked in (whole.bounds, whole.piece_bounds, lambda order: whole.at(0.5, order)):
+        with pytest.raises(ValueError, match="the order 0 or more, not -1"):
+            asked(-1)
+
+
 @given(SEEDS, st.floats(0.001, 0.999))
 def test_both_parts_of_a_motion_joined_again_are_the_motion(seed, share):
     whole, _ = random_motion(seed)

@@ -13,7 +13,11 @@ import pytest
 REPOSITORY = Path(__file__).parents[2]
 VERIFY = REPOSITORY / "kabo" / "verify"
 SHARED = {"kabo.language", "kabo.plan", "kabo.scene", "kabo.meshes", "kabo.errors", "kabo.arrays", "kabo.lazy"}
-SHARED |= {"kabo.displays", "kabo.phases"}  # they show reports, and tell whoever waits
+SHARED |= {
+    "kabo.displays",
+    "kabo.phases",
+    "kabo.given",
+}  # they show reports, tell whoever waits, and refuse arguments
 IGNORED = {
     tokenize.COMMENT,
     tokenize.NL,

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.motion import Polynomials, Trajectory, joined_deviations, path_deviations
+from kabo.motion import Polynomials, Trajectory, joined_deviations, passing_times, path_deviations
 from kabo.plan import Segment
 from kabo.scene import KinematicTree, Robot
 
-TIME_STEP = 0.02  # [s] at most between way points of several trajectories at once
 TIME_TOLERANCE = 1e-9  # [s] times nearer than this count as equal
 STILL = 1e-9  # [rad or m]: a joint that stands is not off its place by rounding
 
@@ -116,11 +115,7 @@ def _common_times(under_way: Sequence[Segment], begin: float, end: float) -> Arr
     ends |= {time for own in trajectories for time in own.times}
     inner = sorted(time for time in ends if begin + TIME_TOLERANCE < time < end - TIME_TOLERANCE)
     times = [begin, *inner, end]
-    if not trajectories:
-        return np.array(times)
-    counts = [max(1, int(np.ceil((b - a) / TIME_STEP - 1e-9))) for a, b in zip(times, times[1:], strict=False)]
-    cut = [np.arange(n) / n * (b - a) + a for a, b, n in zip(times, times[1:], counts, strict=False)]
-    return np.concatenate([*cut, [end]])
+    return passing_times(times) if trajectories else np.array(times)
 
 
 def at_time(segment: Segment, time: float) -> Array:

@@ -1,7 +1,7 @@
 """The timeline of a node: windows of time in which the same segments run; segments of several robots may overlap.
 
 In a window all moving robots share one path over all of their joints. Its way points are at the times of all way
-points of these robots; with trajectories also where polynomials end, and every `TIME_STEP`. Between two of them the
+points of these robots; with trajectories also where polynomials end, and in steps between. Between two of them the
 joined trajectory is compared with its projection onto the straight piece between both, as that of one robot is.
 """
 
@@ -19,7 +19,8 @@ from kabo.verify.motion.trajectories.deviations import ROUNDING, from_joined, fr
 from kabo.verify.motion.trajectories.judge import Followed
 
 TIME_TOLERANCE = 1e-9  # [s] times nearer than this count as equal
-TIME_STEP = 0.02  # [s] at most between way points of robots that move at the same time
+TIME_STEP = 0.02  # [s] at most between way points of robots that move at the same time,
+MAX_STEPS = 100  # but no more of them in one polynomial: slow motions have the same shape as fast ones
 FINE_DEVIATION = 1e-5  # [rad or m] of joints from pieces where bodies nearly touch, about
 MAX_FINE_PARTS = 20  # of a step, for this
 
@@ -166,7 +167,7 @@ def _common_times(window: Window, segments: Sequence[Segment], how: Sequence[Fol
     times = [window.start, *sorted(inner), window.end]
     if not any(how[i].given for i in window.running):
         return np.array(times)
-    parts = [max(1, int(np.ceil((b - a) / TIME_STEP - 1e-9))) for a, b in zip(times, times[1:], strict=False)]
+    parts = np.clip(np.ceil(np.diff(times) / TIME_STEP - 1e-9), 1, MAX_STEPS).astype(int)
     cut = [np.arange(n) / n * (b - a) + a for a, b, n in zip(times, times[1:], parts, strict=False)]
     return np.concatenate([*cut, [window.end]])
 

@@ -15,7 +15,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry import FixedGroup, MovingGroup
 from kabo.geometry_server import Contacts, Pair, Refusal, Team, pair_text
-from kabo.motion import Polynomials, joined_deviations
+from kabo.motion import Polynomials, joined_deviations, passing_times
 from kabo.plan import Segment
 from kabo.scene.transforms import flat, transform
 from kabo.tasks.core import Solution
@@ -23,7 +23,6 @@ from kabo.tasks.robots.motion.exporting import timeline
 from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
-TIME_STEP = 0.02  # s between places of the common path, at most; straight between them
 POSITION_TOLERANCE = 1e-6  # m: distance between where an object is at the end and where the motions take it
 
 
@@ -169,10 +168,7 @@ def _moments(tracks: Sequence[Track], begin: float, end: float) -> Array:
         each for track in tracks for _, s in track.line for each in (s.times, s.trajectory and s.trajectory.times)
     )
     inner = {t for times in known for t in times or () if begin < t < end}
-    cuts = [begin, *sorted(inner), end]
-    spans = zip(cuts, cuts[1:], strict=False)
-    steps = [np.linspace(a, b, max(1, int(np.ceil((b - a) / TIME_STEP - 1e-9))) + 1)[:-1] for a, b in spans]
-    return np.concatenate([*steps, [end]])
+    return passing_times([begin, *sorted(inner), end])
 
 
 def _changed(scene: TaskScene, stretch: Stretch) -> TaskScene:
