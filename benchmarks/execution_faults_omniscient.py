@@ -18,7 +18,7 @@ from kabo.execution import Interruption
 from kabo.language.problem import Problem
 from kabo.plan import Done, ObjectPose, State, StateChange
 from kabo.plan.state import changed
-from kabo.recovery.relations import event_of, relations
+from kabo.planner.geometry.relations import event_of, relations
 from kabo.scene import Scene, attachment, beginning_at, world_T
 
 SECONDS = 20.0  # of each state

@@ -19,7 +19,7 @@ import numpy as np
 from kabo.execution import Follower, KnownTruth, Margins, Run, execute
 from kabo.execution.following import Setpoint
 from kabo.plan import ObjectPose, Plan, StateChange, state_after
-from kabo.recovery.relations import relations
+from kabo.planner.geometry.relations import relations
 from kabo.scene import Scene, attachment, beginning_at, link_pose, motion_limits, world_T
 from kabo.simulation import ContactJudge, PhysicsSettings, SimulatedRobot
 

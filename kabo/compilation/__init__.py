@@ -13,6 +13,7 @@ from kabo.compilation.compiling import (
     leaf_kernel,
     lean_kernel,
     note_compiled,
+    settled,
     usual_kernels_compiled,
     window,
 )
@@ -55,6 +56,7 @@ __all__ = [
     "leaf_kernel",
     "lean_kernel",
     "note_compiled",
+    "settled",
     "usual_kernels_compiled",
     "window",
 ]

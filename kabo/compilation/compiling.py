@@ -15,7 +15,7 @@ from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from kabo.compilation.cache import cache_folder
 
@@ -139,6 +139,25 @@ def call_first(kernel: Callable[..., Any], *arguments: Any) -> Any:
     if made and len(made) == 1:
         kernel.disable_compile()  # type: ignore[attr-defined]
     return result
+
+
+def settled(kernel: _Function) -> _Function:
+    """A kernel whose arguments have the same types at each call: they are looked at the first time alone.
+
+    To look at them, bundles of arrays above all, takes longer than a kernel of some microseconds. Nothing notices other
+    ones: whoever calls gives the same arrays each time, or some of the same type of elements, number of axes and layout.
+    """
+    settled_for: Callable[..., Any] | None = None
+
+    def call(*arguments: Any) -> Any:
+        nonlocal settled_for
+        if settled_for is None:
+            made: Any = kernel
+            is_python = not hasattr(made, "compile")  # where compiling is switched off
+            settled_for = made if is_python else made.compile(tuple(map(made.typeof_pyval, arguments)))
+        return settled_for(*arguments)
+
+    return cast("_Function", call)
 
 
 def leaf_kernel(function: _Function) -> _Function:

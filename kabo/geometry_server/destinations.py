@@ -15,11 +15,14 @@ from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.driving.standing import standing_of
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
-from kabo.kinematics import satisfied
-from kabo.language.scene_description import GraspFamily
-from kabo.scene import Body, Region, Robot
+from kabo.kinematics import missed, satisfied
+from kabo.language.scene_description import Constraint, GraspFamily
+from kabo.scene import Body, KinematicTree, Region, Robot
 
 HOLD_TOLERANCE = 1e-4  # [m, rad] within which a hold counts as a grasp of a family
+OBSERVED_HOLD = (
+    1e-3  # [m, rad] within which `kabo verify` takes a hold for a grasp of a family, as one that was observed is
+)
 FINGER_TOLERANCE = 1e-3  # [m, rad] within which a hand is as wide as a family says
 
 
@@ -71,18 +74,26 @@ def grasp_family_of(
 def family_of_hold(robot: Robot, body: Body, roles: Mapping[str, Frame], q: Array) -> GraspFamily | None:
     """The first grasp family of a body that this robot may use and that fits where its tool is; None if none does.
 
-    Families may differ in the width of the hand alone: those come first that say the width that it has.
+    Families may differ in the width of the hand alone: those come first that say the width that it has. A hold that was
+    observed in a run fits none exactly: then those count that `kabo verify` takes it for.
 
     Args:
         robot: the robot. body: the body. roles: the frames of `tool` and `this`. q: the robot's configuration (n,).
     """
-    found = []
+    allowed = []
     for family in body.grasps.values():
         own = [c for c in family.constraints if "world" not in (c.first.owner, c.second.owner)]
-        may = family.robots is None or robot.name in family.robots
-        if may and fits(own, roles) and satisfied(rows(own, roles), q, robot.tree, HOLD_TOLERANCE):
-            found.append(family)
+        if (family.robots is None or robot.name in family.robots) and fits(own, roles):
+            allowed.append((family, own))
+    tree = robot.tree
+    found = [each for each, own in allowed if satisfied(rows(own, roles), q, tree, HOLD_TOLERANCE)]
+    found = found or [each for each, own in allowed if all(_nearly(c, roles, q, tree) for c in own)]
     return next((family for family in found if _is_as_wide(robot, family, q)), found[0] if found else None)
+
+
+def _nearly(constraint: Constraint, roles: Mapping[str, Frame], q: Array, tree: KinematicTree) -> bool:
+    """Whether a constraint is missed by no more than a hold that was observed may be, in length and in angle."""
+    return max(missed(rows([constraint], roles), q, tree)) <= OBSERVED_HOLD
 
 
 def _is_as_wide(robot: Robot, family: GraspFamily, q: Array) -> bool:

@@ -25,6 +25,7 @@ from kabo.kinematics.motion_constraints import keeps as keeps
 from kabo.kinematics.motion_constraints import projector as projector
 from kabo.kinematics.motion_constraints import unkept_row as unkept_row
 from kabo.kinematics.projection import jacobian as jacobian
+from kabo.kinematics.projection import missed as missed
 from kabo.kinematics.projection import project as project
 from kabo.kinematics.projection import satisfied as satisfied
 from kabo.kinematics.projection import values as values

@@ -61,6 +61,13 @@ def satisfied(rows: Rows, q: ArrayLike, tree: KinematicTree, tolerance: float = 
     return bool(np.all((v >= rows[:, columns.LOWER] - tolerance) & (v <= rows[:, columns.UPPER] + tolerance)))
 
 
+def missed(rows: Rows, q: ArrayLike, tree: KinematicTree) -> tuple[float, float]:
+    """How far rows of one constraint are from holding at q: lengths [m], cosines and angles [rad], each as a norm."""
+    v, lengths = values(rows, q, tree), rows[:, columns.KIND] < columns.DIRECTION
+    off = np.maximum(0.0, np.maximum(rows[:, columns.LOWER] - v, v - rows[:, columns.UPPER]))
+    return float(np.linalg.norm(off[lengths])), float(np.linalg.norm(off[~lengths]))
+
+
 def values(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Array:
     """The value of every row at q, (R,): metres for positions, cosines for directions, radians for angles."""
     found: Array = kernels.row_values(np.array(q, np.float64), rows, tree)

@@ -5,13 +5,16 @@ continuations: in a state that it has foreseen, the rest of it is the plan; in a
 whose motions are looked for.
 """
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from kabo.knowledge import GroundedTask
+from kabo.language import file_of
 from kabo.language.problem import Problem
 from kabo.options import Options
-from kabo.plan import Done, Node, Plan, State, state_after, topological_order
+from kabo.plan import Done, Node, Plan, State, StateChange, state_after, topological_order
 from kabo.plan.writing import rounded_state
 from kabo.planner.continuing import action_key, require_of
 from kabo.planner.geometry.evaluation import Variant
@@ -40,6 +43,9 @@ class Memo:
     plan: Plan | None = None
     skeletons: dict[str, SkeletonNode] = field(default_factory=dict, repr=False)
     continued: bool = False  # whether the last plan does the actions of the rest of the one before
+    outdated: str | None = (
+        None  # a file that has changed since the plan was made: of it only actions are tried again
+    )
 
     @classmethod
     def of_plan(cls, problem: Problem, plan: Plan) -> "Memo":
@@ -49,18 +55,18 @@ class Memo:
             InputError: it is a plan of another problem.
         """
         require_of(problem, plan)
-        return cls(problem, dict(plan.options), plan=plan)
+        return cls(problem, dict(plan.options), plan=plan, outdated=_changed_file(problem, plan))
 
     def begin(self, problem: Problem, options: Options) -> None:
         """Forgets everything, unless it is of this problem and these options."""
         depends = _without_quality(options.written())
         if self.problem is not problem or _without_quality(self.options or {}) != depends:
             self.problem, self.options, self.task, self.scene = problem, depends, None, None
-            self.plan, self.skeletons = None, {}
+            self.plan, self.skeletons, self.outdated = None, {}, None
 
     def keep(self, plan: Plan, variants: tuple[Variant, ...]) -> None:
         """Keeps the continuations of a plan, whose variants are given; the first one is its root."""
-        self.plan, self.skeletons = plan, {}
+        self.plan, self.skeletons, self.outdated = plan, {}, None
         waiting = [(plan.root, variants[0])]
         while waiting:
             name, variant = waiting.pop()
@@ -73,7 +79,7 @@ class Memo:
     def rest(self, state: State) -> Plan | None:
         """The rest of the plan, if the state is one that it has foreseen."""
         found = self._reached(state)
-        if found is None or self.plan is None:
+        if found is None or self.plan is None or self.outdated is not None:
             return None
         name, foreseen = found
         if foreseen.geometry is None or state.geometry is None:
@@ -83,6 +89,20 @@ class Memo:
         if not same or self.plan.nodes[name].overlap > 0.0:
             return None
         return _from(self.plan, name, state)
+
+    def foreseen(self, state: State) -> tuple[StateChange, tuple[Done, ...]] | None:
+        """Where the plan has everything after what was done, events aside, and those events.
+
+        None if there is no plan, it has no geometry or is of other files, or what was done is no way through it.
+        """
+        events = () if self.problem is None else self.problem.domain.events
+        before = 0 if self.plan is None else len(self.plan.done or ())
+        happened = tuple(step for step in state.done[before:] if step.action in events)
+        steps = (step for step in state.done[before:] if step.action not in events)
+        found = self._reached(replace(state, done=(*state.done[:before], *steps)))
+        if found is None or found[1].geometry is None or self.outdated is not None:
+            return None
+        return found[1].geometry, happened
 
     def skeleton(self, state: State) -> Skeleton | None:
         """The continuation of the plan after what was done, whatever has become of the geometry."""
@@ -110,6 +130,22 @@ class Memo:
                 return None
             name = following
         return name, state_after(plan, history)
+
+
+def _changed_file(problem: Problem, plan: Plan) -> str | None:
+    """The first of the files of which a plan was made that is not as it was; None if all are."""
+    for name, digest in sorted(plan.files.items()):
+        now = problem.files.get(name) or _digest(file_of(name, problem.path.parent))
+        if now != digest:
+            return name
+    return None
+
+
+def _digest(path: Path) -> str | None:
+    try:
+        return "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return None
 
 
 def _without_quality(options: Mapping[str, object]) -> dict[str, object]:

@@ -13,11 +13,11 @@ from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.language.problem import Problem
 from kabo.options import SolveOptions
 from kabo.plan import Plan, State
+from kabo.planner.geometry.relations import Relations, changed_relations, event_of, told
 from kabo.planner.memo import Memo
 from kabo.planner.solve import solve
 from kabo.recovery.first_motion import begun_with, first_motion, goes_on, in_a_thread, with_known_parts
 from kabo.recovery.node_ways import NoWayError, way_back, way_on, way_open
-from kabo.recovery.relations import Relations, event_of, relations, told
 from kabo.scene import Scene
 from kabo.verify.report import Report
 from kabo.verify.verification import verify_plan
@@ -63,8 +63,7 @@ class Replanner:
         """The bodies that are otherwise than the plan has them, with their relations by the plan and now."""
         wanted, found = interruption.expected, interruption.state.geometry
         if wanted is not None and found is not None:
-            before, now = relations(self.scene, wanted), relations(self.scene, found)
-            yield from ((name, before[name], now[name]) for name in before if before[name] != now[name])
+            yield from changed_relations(self.scene, wanted, found)
 
     def _out_of_the_node(self, interruption: Interruption) -> Answer:
         """On to the end of the node, or back to where it began, or with other motions from the middle of it.

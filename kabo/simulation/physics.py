@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kabo.arrays import Array, Integers
+from kabo.compilation import settled
 from kabo.scene import Scene
 from kabo.scene.state import GeometricState
 from kabo.simulation.hands import Hand, spread_of
@@ -77,8 +78,7 @@ class Physics:
         for hand in self._hands.values():
             self._press(hand, np.zeros(len(self._rates)))
             self._add_load(hand.carrier, np.zeros(3), 0.0)
-        for contacts in no_contacts():
-            self._complete_friction(contacts)
+        self._complete_friction(no_contacts())
 
     def _make_true(self, masses: Mapping[str, float]) -> None:
         """Gives bodies their true masses, spread as before."""
@@ -124,7 +124,7 @@ class Physics:
         self._numbers: dict[str, int] = {}  # of bodies of the model
         self._commanded: dict[tuple[str, tuple[str, ...]], Integers] = {}  # the motors of some joints of a robot
         self._expected = {
-            name: mass_of_body(self.scene.bodies[name], self.settings).mass for name in self.scene.movable
+            name: float(mass_of_body(self.scene.bodies[name], self.settings).mass) for name in self.scene.movable
         }
         self._scratch, self._gravity = np.empty((6, 3)), np.array(model.opt.gravity)
         self._tree, self._touches = tree_of(model), self._touching()
@@ -135,6 +135,9 @@ class Physics:
             data.qvel, data.cvel, data.cdof, data.cdof_dot, data.subtree_com, data.xpos, data.xmat
         )
         self._positions, self._bias, self._passive = data.qpos, data.qfrc_bias, data.qfrc_passive  # views
+        kernels = wanted_accelerations, drive, press, add_point_mass, complete_friction
+        # The arrays of a model stay the same:
+        self._want, self._drive, self._push, self._bear, self._complete = map(settled, kernels)
         self._outputs = self._limits, self.model.actuator_gainprm[:, 0], data.ctrl, data.qfrc_applied
 
     def _touching(self) -> Touches:
@@ -269,19 +272,20 @@ class Physics:
         library, model, data = self._mujoco, self.model, self.data
         library.mj_step1(model, data)
         joints, moving = self._driven, self._moving
-        wanted_accelerations(joints, self._setpoints, self._positions, moving.velocity, STIFFNESS, self._wanted)
+        self._want(joints, self._setpoints, self._positions, moving.velocity, STIFFNESS, self._wanted)
         library.mj_mulM(model, data, self._torques, self._wanted)
         self._torques += self._bias
         self._torques -= self._passive
         for hand in self._hands.values():
             for offset, mass in hand.held:
                 self._add_load(hand.carrier, offset, mass)
-        each = self._torques[self._rates]
+        each, presses = self._torques[self._rates], False
         for hand in self._hands.values():
             if hand.pressing is not None:
                 self._press(hand, each)
-        drive(joints, each, *self._outputs)
-        if not self.settings.welds and self._presses.any():
+                presses = True
+        self._drive(joints, each, *self._outputs)
+        if presses and not self.settings.welds:
             found = data.contact
             self._complete_friction(Contacts(found.geom, found.pos, found.frame, found.efc_address, found.dim))
         library.mj_step2(model, data)
@@ -321,12 +325,12 @@ class Physics:
     def _press(self, hand: Hand, torques: Array) -> None:
         """Writes the torques (K,) of the driven joints with which a hand presses."""
         damped = self._levers(hand), hand.force(self.time), hand.dampings, hand.rates, self._moving.velocity
-        press(hand.acting, *damped, self._bias, self._passive, torques)
+        self._push(hand.acting, *damped, self._bias, self._passive, torques)
 
     def _add_load(self, carrier: int, offset: Array, mass: float) -> None:
         """Adds the torques that move what a hand holds, a point mass where the hand has taken it."""
         given = self._wanted, self._gravity, self._tree, self._moving, self._scratch, self._torques
-        add_point_mass(carrier, offset, mass, *given)
+        self._bear(carrier, offset, mass, *given)
 
     def _complete_friction(self, contacts: Contacts) -> None:
         """Adds what MuJoCo leaves out of the acceleration at which contacts in a hand do not slip: that of J in J q'.
@@ -334,7 +338,7 @@ class Physics:
         Without it what is held slips by some mm/s wherever the hand moves on a curve, however hard it presses.
         """
         given = contacts, self._touches, self._presses, self._tree, self._moving
-        complete_friction(*given, self.data.efc_aref, self.data.efc_KBIP, self.settings.timestep)
+        self._complete(*given, self.data.efc_aref, self.data.efc_KBIP, self.settings.timestep)
 
     def configuration(self, robot: str) -> tuple[float, ...]:
         """The values of a robot's joints, as they are."""

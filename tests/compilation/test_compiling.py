@@ -6,11 +6,12 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 import kabo
-from kabo.compilation import lean_kernel, window
+from kabo.compilation import kernel, lean_kernel, settled, window
 
 
 @lean_kernel
@@ -32,6 +33,33 @@ def test_a_window_is_the_flat_arrays_own_memory_in_kernels_and_in_python():
     assert outcomes[0] == outcomes[1]
     assert outcomes[0][0] == (18, 13.0, 16.0, 5)
     assert outcomes[0][1][12] == -7.0
+
+
+class Bundle(NamedTuple):
+    """Arrays that a kernel takes together."""
+
+    rows: np.ndarray
+    sums: np.ndarray
+
+
+@kernel
+def summed(bundle, factor):
+    """Writes the sum of each row, times a factor."""
+    for k in range(bundle.rows.shape[0]):
+        bundle.sums[k] = factor * bundle.rows[k].sum()
+
+
+def test_a_settled_kernel_gives_the_same_answers_each_time_and_looks_at_types_once():
+    rows = np.arange(24.0).reshape(8, 3)
+    quick = settled(summed)
+    for given in (rows[::2], rows[1::2], rows[:1:2]):  # not contiguous, which fits a single row, too
+        wanted, found = (Bundle(given, np.zeros(len(given))) for _ in range(2))
+        summed(wanted, 0.5)
+        quick(found, 0.5)
+        assert found.sums.tolist() == wanted.sums.tolist() == (0.5 * given.sum(axis=1)).tolist()
+    python = settled(summed.py_func)  # where compiling is switched off
+    python(found, 2.0)
+    assert found.sums.tolist() == [6.0]
 
 
 def test_no_kernel_lets_the_compiler_choose_how_to_round():

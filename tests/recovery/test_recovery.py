@@ -22,9 +22,9 @@ from kabo.execution import (
 from kabo.execution.belief import Belief
 from kabo.execution.interruptions import observed
 from kabo.plan import Done, Plan, StateChange
+from kabo.planner.geometry.relations import relations
 from kabo.recovery import Replanner, way_back, way_on
 from kabo.recovery.node_ways import NoWayError
-from kabo.recovery.relations import relations
 from kabo.remote import check_begin
 from kabo.scene import Attachment, Scene, link_poses, world_T
 from kabo.scene.transforms import transform

@@ -37,7 +37,7 @@ class StartFault:
     nothing is below it. `proven`: exact geometry says so; if not, epsilon decides.
     """
 
-    kind: Literal["overlap", "inside", "near", "floating", "unsupported"]
+    kind: Literal["overlap", "inside", "near", "floating", "unsupported", "loose"]
     things: tuple[str, ...]
     said: str
     hint: str
@@ -112,6 +112,8 @@ class _Start:
                 and not any(fault.kind in ("overlap", "inside") for fault in pairs)
             ):
                 hanging = list(self._unsupported(own))
+            if own.name in self.holders:
+                hanging = list(self._loose(own))
             above = {fault.things for fault in hanging}
             yield from (fault for fault in pairs if fault.things not in above)
             yield from hanging
@@ -127,6 +129,18 @@ class _Start:
                 fault = self._pair(own, other, carried, done)
                 if fault is not None and fault.kind in ("overlap", "inside"):
                     yield fault
+
+    def _loose(self, own: Thing) -> Iterator[StartFault]:
+        """A fault if a hand is said to hold an object that it does not touch, to epsilon."""
+        robot = self.holders[own.name]
+        gripper, epsilon = self.scene.robots[robot].gripper, self.surroundings.budget.epsilon
+        links = () if gripper is None else gripper.touch_links
+        touching = [thing for thing in self.things if thing.name in links]
+        apart = min((geometry.exact_distance(own.group(), link.group()) for link in touching), default=0.0)
+        if apart > epsilon:
+            said = f"{own.name} is held by {robot} at the start, but {millimetres(apart)} away from its fingers"
+            hint = "close the hand around it, or say where it is"
+            yield StartFault("loose", (own.name,), said, hint, apart)
 
     # --------------------------------------------------------------------------------------------------- pairs
     def _pair(

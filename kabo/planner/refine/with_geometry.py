@@ -25,7 +25,7 @@ from kabo.geometry_server import (
 )
 from kabo.geometry_server.answers import Refusal
 from kabo.language.formulas import GroundCall
-from kabo.plan import Plan
+from kabo.plan import Plan, State, StateChange
 from kabo.plan.writing import rounded_state
 from kabo.planner.certify.certifying import UNFINISHED, certified
 from kabo.planner.certify.granting import granted
@@ -33,10 +33,11 @@ from kabo.planner.geometry.assembly import assemble, files_read
 from kabo.planner.geometry.eager import EagerGeometry
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.geometry.refusals import RefusalTable
+from kabo.planner.geometry.relations import require_explained
 from kabo.planner.refine.refining import FoundMotion, refine
 from kabo.planner.result import Result
 from kabo.planner.run import SolveRun, statistics_of
-from kabo.scene import KeptScenes, beginning_at
+from kabo.scene import KeptScenes, Scene, beginning_at
 from kabo.tasks.procedures import GeometricProcedures
 
 _SCENES = KeptScenes()
@@ -65,6 +66,8 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     loaded, notes = _SCENES.scene(run.problem.scene, run.stop.look) if known is None else (known, set[Hashable]())
     begun = None if run.start is None else run.start.geometry
     scene = loaded if begun is None else beginning_at(loaded, rounded_state(begun))
+    if run.start is not None and begun is not None:
+        _require_explained(run, loaded, run.start, rounded_state(begun))
     exact = run.options.geometry == "exact"
     server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact, clearance=run.options.clearance)
     run.stop.samples = lambda: server.statistics.samples > run.options.max_samples
@@ -74,7 +77,7 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
     if known is None and tolerance not in notes:
         prepare(server.surroundings.enclosures, processes=processes, told=run.report_preparing)
         notes.add(tolerance)
-    for line in _blocked_starts(server):
+    for line in (*_blocked_starts(server), *_faults_of_a_state(run, server)):
         run.report_line("looking at the start", line)
     run.load_s = perf_counter() - began
     domain = run.problem.domain.path
@@ -83,6 +86,20 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
         memo.scene = loaded
     run.counts = lambda: (sum(procedures.statistics.calls.values()), server.statistics.samples)
     return procedures
+
+
+def _require_explained(run: SolveRun, scene: Scene, start: State, begun: StateChange) -> None:
+    """Checks that bodies are where the former plan, if there is one, has left them, or that events say otherwise.
+
+    Raises:
+        InputError: what is known of a body comes from actions, and it is not where these have left it.
+    """
+    foreseen = None if run.memo is None else run.memo.foreseen(start)
+    if run.memo is not None and run.memo.outdated is not None:
+        text = f"warning: the former plan is of other files ({run.memo.outdated} has changed since)"
+        run.report_line("looking at the start", f"{text}: whether things are where it left them is not known")
+    if foreseen is not None:
+        require_explained(run.problem, scene, foreseen[0], begun, foreseen[1])
 
 
 def _blocked_starts(server: GeometryServer) -> Iterator[str]:
@@ -97,6 +114,12 @@ def _blocked_starts(server: GeometryServer) -> Iterator[str]:
                 f"warning: {robot.name} cannot move from where it stands: {hit[0]} and {hit[1]} are not proven apart; "
                 "`kabo check` says how near they are, and what would help"
             )
+
+
+def _faults_of_a_state(run: SolveRun, server: GeometryServer) -> Iterator[str]:
+    """A warning for each thing that cannot be as the state of a run has it; of a scene's own start `kabo check` tells."""
+    if run.start is not None and run.start.geometry is not None and run.progress is not None:
+        yield from (f"warning: {fault.said}" for fault in start_faults(server.surroundings, parts=False))
 
 
 def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Result:
