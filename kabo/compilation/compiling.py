@@ -15,7 +15,7 @@ from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 from kabo.compilation.cache import cache_folder
 
@@ -141,7 +141,7 @@ def call_first(kernel: Callable[..., Any], *arguments: Any) -> Any:
     return result
 
 
-def settled(kernel: _Function) -> _Function:
+def settled(kernel: Callable[..., Any]) -> Callable[..., Any]:
     """A kernel whose arguments have the same types at each call: they are looked at the first time alone.
 
     To look at them, bundles of arrays above all, takes longer than a kernel of some microseconds. Nothing notices other
@@ -157,7 +157,7 @@ def settled(kernel: _Function) -> _Function:
             settled_for = made if is_python else made.compile(tuple(map(made.typeof_pyval, arguments)))
         return settled_for(*arguments)
 
-    return cast("_Function", call)
+    return call
 
 
 def leaf_kernel(function: _Function) -> _Function:

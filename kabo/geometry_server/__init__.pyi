@@ -49,6 +49,7 @@ from kabo.geometry_server.foresight.starts import StartFault as StartFault
 from kabo.geometry_server.foresight.starts import overlapping as overlapping
 from kabo.geometry_server.foresight.starts import start_faults as start_faults
 from kabo.geometry_server.foresight.starts import start_faults_so_far as start_faults_so_far
+from kabo.geometry_server.foresight.tipping import tips_over as tips_over
 from kabo.geometry_server.frames import WORLD as WORLD
 from kabo.geometry_server.frames import Frame as Frame
 from kabo.geometry_server.frames import Roles as Roles

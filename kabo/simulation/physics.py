@@ -135,9 +135,9 @@ class Physics:
             data.qvel, data.cvel, data.cdof, data.cdof_dot, data.subtree_com, data.xpos, data.xmat
         )
         self._positions, self._bias, self._passive = data.qpos, data.qfrc_bias, data.qfrc_passive  # views
-        kernels = wanted_accelerations, drive, press, add_point_mass, complete_friction
         # The arrays of a model stay the same:
-        self._want, self._drive, self._push, self._bear, self._complete = map(settled, kernels)
+        self._want, self._drive, self._push = settled(wanted_accelerations), settled(drive), settled(press)
+        self._bear, self._complete = settled(add_point_mass), settled(complete_friction)
         self._outputs = self._limits, self.model.actuator_gainprm[:, 0], data.ctrl, data.qfrc_applied
 
     def _touching(self) -> Touches:

@@ -1,4 +1,4 @@
-"""Objects that tip over at the start, since the middle of their mass is beside all on which they stand.
+"""Objects that tip over where they are, at the start or as they are put down: the middle of their mass is beside all below.
 
 The mass counts as spread evenly over the object. Told is only what cannot stand: whoever touches the object from the side
 or from above may keep it, and the area in which it touches what is below is taken to be as large as it can be.
@@ -10,8 +10,9 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array
-from kabo.geometry_server.foresight.things import Thing, things_at_start
+from kabo.geometry_server.foresight.things import Thing, placed, things_at_start
 from kabo.geometry_server.situation import Situation
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.meshes.soundness import examine
 from kabo.scene import Scene
 
@@ -36,17 +37,87 @@ def tipping(scene: Scene) -> list[Tipping]:
     held = {name for name in scene.start.objects if "." in situation.held(name).parent}
     things = things_at_start(scene)
     loose = {body.name for body in scene.bodies.values() if body.movable and body.grasps} - held
-    found = (_beside(own, things) for own in things if own.name in loose)
+    found = (_beside(own, _below(own, things), middle_of(own)) for own in things if own.name in loose)
     return [each for each in found if each is not None]
 
 
-def _beside(own: Thing, things: list[Thing]) -> Tipping | None:
-    """How an object tips over; None if it may stand, or has surfaces that enclose nothing."""
-    met = [other for other in things if other is not own and _meet(own, other)]
-    if not met or any(other.high[2] > own.low[2] + NEAR for other in met) or not examine(own.mesh).is_closed:
+def tips_over(
+    surroundings: SceneSurroundings, situation: Situation, name: str, pose: Array, support: str | None = None
+) -> Tipping | None:
+    """How an object tips over, or falls, if a hand lets go of it at a pose (4, 4); None if it may stand.
+
+    Whatever it may stand on counts, robots do not; `support` is what it should stand on. Of what other objects hang on,
+    nothing is said.
+    """
+    if situation.group(name) != (name,):
         return None
-    middle = _middle(own.triangles)
+    remembered, mesh = surroundings.remembered, surroundings.scene.bodies[name].mesh
+    own = Thing.at(name, mesh, pose)
+    others: list[Thing] = remembered(
+        ("things", name, situation.key),
+        lambda: [
+            Thing.at(other, body.mesh, at)
+            for other, body in surroundings.scene.bodies.items()
+            if other != name
+            for at in surroundings.poses(situation, other)
+        ],
+    )
+    below = _below(own, others)
+    (middle,) = remembered(("middle", name), lambda: (middle_of(Thing.at(name, mesh, np.eye(4))),))
     if middle is None:
+        return None
+    up = pose[2, :3].round(6)
+    over_base = remembered(("base", name, up.tobytes()), lambda: _beside_base(mesh.vertices, middle, pose))
+    middle, height = placed(middle, pose), round(float(own.low[2]), 4) - NEAR
+    if not below:
+        under = [other for other in others if other.name == support]
+        alone = under and not any(_meet(own, other) for other in others)
+        away = min((_away(own, other, middle) for other in under), default=0.0) if alone else 0.0
+        return Tipping(name, (str(support),), away) if away > 0.0 else None
+    for other in below if over_base <= 0.0 else ():  # what two convex areas have, their common one has
+        key = "top", other.name, other.pose.tobytes(), height
+        sides = remembered(key, lambda o=other: _sides(_slice(o.triangles, height, -1.0)))  # type: ignore[misc]
+        if (sides[:, :2] @ middle[:2] + sides[:, 2] <= 0.0).all():
+            return None
+    return _beside(own, below, middle, 0.0)
+
+
+def _away(own: Thing, other: Thing, middle: Array) -> float:
+    """How far the middle of an object is beside the box of another one, seen from above [m]; 0 if anything is over it."""
+    if (own.low <= other.high)[:2].all() and (other.low <= own.high)[:2].all():
+        return 0.0
+    return float(np.linalg.norm(np.maximum(np.maximum(other.low - middle, middle - other.high), 0.0)[:2]))
+
+
+def _beside_base(vertices: Array, middle: Array, pose: Array) -> float:
+    """How far a point is beside the lowest part of a body that has a pose (4, 4), from above [m]; over it 0 or less."""
+    points = placed(vertices, pose)
+    sides = _sides(points[points[:, 2] <= points[:, 2].min() + NEAR][:, :2])
+    return float((sides[:, :2] @ placed(middle, pose)[:2] + sides[:, 2]).max())
+
+
+def _sides(points: Array) -> Array:
+    """The sides (k, 3) of the convex hull of points (n, 2); one that all is beside if they are on a line."""
+    try:
+        return np.asarray(ConvexHull(points).equations)
+    except (QhullError, ValueError):
+        return np.array([[0.0, 0.0, np.inf]])
+
+
+def middle_of(own: Thing) -> Array | None:
+    """The middle (3,) of an object's mass; None if its surfaces enclose nothing."""
+    return _middle(own.triangles) if examine(own.mesh).is_closed else None
+
+
+def _below(own: Thing, things: list[Thing]) -> list[Thing]:
+    """What an object may stand on; nothing if it may be held from the side or from above."""
+    met = [other for other in things if other is not own and _meet(own, other)]
+    return [] if any(other.high[2] > own.low[2] + NEAR for other in met) else met
+
+
+def _beside(own: Thing, met: list[Thing], middle: Array | None, least: float = NEAR) -> Tipping | None:
+    """How an object tips over on things that it meets; None if it may stand, or is beside them by no more than `least`."""
+    if not met or middle is None:
         return None
     base = _slice(own.triangles, own.low[2] + NEAR, 1.0)
     shared = [_common(base, _slice(other.triangles, own.low[2] - NEAR, -1.0)) for other in met]
@@ -56,7 +127,7 @@ def _beside(own: Thing, things: list[Thing]) -> Tipping | None:
         return None
     metres = float((sides[:, :2] @ middle[:2] + sides[:, 2]).max())
     carriers = tuple(other.name for other, area in zip(met, shared, strict=True) if len(area))
-    return Tipping(own.name, carriers, metres) if metres > NEAR else None
+    return Tipping(own.name, carriers, metres) if metres > least else None
 
 
 def _meet(first: Thing, second: Thing) -> bool:

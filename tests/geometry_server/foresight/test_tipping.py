@@ -6,11 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kabo.geometry_server import start_findings
-from kabo.geometry_server.foresight.tipping import tipping
+from kabo.geometry_server import GeometryServer, Situation, start_findings
+from kabo.geometry_server.foresight.tipping import tipping, tips_over
+from kabo.language import load_problem
 from kabo.meshes import Mesh
+from kabo.planner.solve import solve
 from kabo.scene import Scene, attachment, load_scene
-from tests.planner.gantry import gantry_problem
+from kabo.verify import verify_plan
+from tests.planner.gantry import gantry, gantry_problem
 
 Walls = dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]
 BLOCK = ((0.2, 0.2, 0.1), (0.2, 0.0, 0.05))  # its sides are at x = 0.1 and 0.3
@@ -83,6 +86,52 @@ def test_the_middle_of_an_open_surface_is_unknown_and_not_told(tmp_path: Path) -
     body = scene.bodies["cube"]
     opened = replace(body, mesh=Mesh(body.mesh.vertices, body.mesh.faces[:-2]))
     assert tipping(replace(scene, bodies={**scene.bodies, "cube": opened})) == []
+
+
+def let_go(scene: Scene, at: tuple[float, float, float]) -> bool:
+    """Whether the cube is said to stay where a hand lets go of it."""
+    surroundings = GeometryServer(scene).surroundings
+    pose = np.eye(4)
+    pose[:3, 3] = at
+    found = tips_over(surroundings, Situation.of(scene.start), "cube", pose)
+    assert found is None or (found.carriers == ("block",) and found.metres > 0.0)
+    return found is None
+
+
+def test_what_is_put_down_beside_its_support_tips_over_unless_something_else_carries_or_leans_on_it(
+    tmp_path: Path,
+) -> None:
+    cube = {"cube": (-0.2, 0.3, 0.02)}
+    beside = {"block": BLOCK, "other": ((0.02, 0.2, 0.1), (0.325, 0.0, 0.05))}
+    wall = {"block": BLOCK, "wall": ((0.02, 0.2, 0.4), (0.3365, 0.0, 0.2))}
+    alone, two, leaning = (
+        scene_of(tmp_path, things=cube, walls=each) for each in ({"block": BLOCK}, beside, wall)
+    )
+    for x, wanted in ((0.29, (True, True, True)), (0.2999, (True, True, True)), (0.306, (False, True, True))):
+        assert tuple(let_go(each, (x, 0.0, 0.12)) for each in (alone, two, leaning)) == wanted, x
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_place_that_reaches_over_an_edge_is_used_up_to_there(tmp_path: Path, seed: int) -> None:
+    """The shelf is the region from x = -0.4 to -0.2; its support ends in its middle."""
+    path = gantry(tmp_path, walls={"ledge": ((0.3, 0.4, 0.06), (-0.15, 0.0, 0.03))})
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(scene.read_text().replace("support: table", "support: ledge"))
+    problem = load_problem(path)
+    plan = solve(problem, seed=seed).plan
+    assert plan is not None
+    (there,) = [node.after.objects["cube"] for node in plan.nodes.values() if node.action == "put" and node.after]
+    assert there.parent == "world" and there.position[0] >= -0.3
+    assert verify_plan(problem, plan).ok
+
+
+def test_where_nothing_stands_the_reason_says_how_far_it_is_beside(tmp_path: Path) -> None:
+    path = gantry(tmp_path, walls={"ledge": ((0.1, 0.4, 0.06), (-0.13, 0.0, 0.03))})
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(scene.read_text().replace("support: table", "support: ledge"))
+    result = solve(load_problem(path), max_samples=20_000)
+    assert result.plan is None
+    assert "cube would not stand: the middle of its mass is" in str(result.reason), str(result.reason)
 
 
 @pytest.mark.parametrize("seed", range(8))

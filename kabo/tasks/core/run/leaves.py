@@ -14,7 +14,7 @@ from kabo.tasks.core.run.jobs import StageJob
 from kabo.tasks.core.run.nodes import StageNode
 
 MAX_STRUCTURAL_MISMATCHES = (
-    100  # pairs that a connector cannot join for the order of the stages, until it counts as wrong
+    250  # pairs that a connector cannot join for the order of the stages, until it counts as wrong
 )
 
 

@@ -22,6 +22,7 @@ from kabo.geometry_server import (
     Measure,
     Pair,
     PlacementStream,
+    SceneSurroundings,
     Stream,
     beyond_reach,
     grasps_there,
@@ -30,12 +31,13 @@ from kabo.geometry_server import (
     outside,
     reach_measures,
     standing_of,
+    tips_over,
     too_wide,
     tool_frame,
 )
 from kabo.kinematics import FrameFeature, OutOfReach, rows_of, stacked
 from kabo.kinematics.constraints import normals
-from kabo.scene import Configuration, Robot
+from kabo.scene import Configuration, Region, Robot
 from kabo.scene.transforms import inverse
 from kabo.streams import stream_key
 from kabo.tasks.robots.motion.directions import frame_of
@@ -154,14 +156,20 @@ class PlacementTarget:
         """None: no blocking pair can be found before sampling, because a family permits many poses."""
         return None
 
-    def refused(self, scene: TaskScene, at: Candidate) -> Measure | None:
-        """How far the object reaches out of the region at the configuration; None if it is proven to lie inside."""
-        if self.region is None:
+    def refused(self, scene: TaskScene, at: Candidate) -> Measure | str | None:
+        """How far the object reaches out of the region at the configuration, or would tip over; None if it does neither."""
+        pose, surroundings = at.pose(self.stream.this), scene.context.surroundings
+        if self.region is not None and not lies_inside(
+            surroundings, self.object, pose, region := scene.context.scene.regions[self.region]
+        ):
+            return self._outside(surroundings, pose, region)
+        tips = tips_over(surroundings, scene.situation, self.object, pose, self.support)
+        if tips is None:
             return None
-        region, surroundings = scene.context.scene.regions[self.region], scene.context.surroundings
-        pose = at.pose(self.stream.this)
-        if lies_inside(surroundings, self.object, pose, region):
-            return None
+        beside = f"the middle of its mass is {millimetres(tips.metres)} beside {' and '.join(tips.carriers)}"
+        return f"{self.object} would not stand: {beside}"
+
+    def _outside(self, surroundings: SceneSurroundings, pose: Array, region: Region) -> Measure:
         out = max(0.0, outside(surroundings, self.object, pose, region))
         said = f"{self.object} reaches {millimetres(out)} out of {self.region}"
         return Measure(f"inside({self.object}, {self.region})", said, 0.0, out)
