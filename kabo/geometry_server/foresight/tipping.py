@@ -4,6 +4,7 @@ The mass counts as spread evenly over the object. Told is only what cannot stand
 or from above may keep it, and the area in which it touches what is below is taken to be as large as it can be.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,37 +50,56 @@ def tips_over(
     Whatever it may stand on counts, robots do not; `support` is what it should stand on. Of what other objects hang on,
     nothing is said.
     """
-    if situation.group(name) != (name,):
+    (own_middle,) = surroundings.remembered(
+        ("middle", name), lambda: (middle_of(Thing.at(name, surroundings.scene.bodies[name].mesh, np.eye(4))),)
+    )
+    if own_middle is None or situation.group(name) != (name,):
         return None
-    remembered, mesh = surroundings.remembered, surroundings.scene.bodies[name].mesh
-    own = Thing.at(name, mesh, pose)
-    others: list[Thing] = remembered(
-        ("things", name, situation.key),
-        lambda: [
-            Thing.at(other, body.mesh, at)
-            for other, body in surroundings.scene.bodies.items()
-            if other != name
-            for at in surroundings.poses(situation, other)
-        ],
+    own, middle = Thing.at(name, surroundings.scene.bodies[name].mesh, pose), placed(own_middle, pose)
+    others: list[Thing] = surroundings.remembered(
+        ("things", name, situation.key), lambda: list(_others(surroundings, situation, name))
     )
     below = _below(own, others)
-    (middle,) = remembered(("middle", name), lambda: (middle_of(Thing.at(name, mesh, np.eye(4))),))
-    if middle is None:
-        return None
-    up = pose[2, :3].round(6)
-    over_base = remembered(("base", name, up.tobytes()), lambda: _beside_base(mesh.vertices, middle, pose))
-    middle, height = placed(middle, pose), round(float(own.low[2]), 4) - NEAR
     if not below:
-        under = [other for other in others if other.name == support]
-        alone = under and not any(_meet(own, other) for other in others)
-        away = min((_away(own, other, middle) for other in under), default=0.0) if alone else 0.0
+        under = [] if any(_meet(own, other) for other in others) else [o for o in others if o.name == support]
+        away = min((_away(own, other, middle) for other in under), default=0.0)
         return Tipping(name, (str(support),), away) if away > 0.0 else None
-    for other in below if over_base <= 0.0 else ():  # what two convex areas have, their common one has
-        key = "top", other.name, other.pose.tobytes(), height
-        sides = remembered(key, lambda o=other: _sides(_slice(o.triangles, height, -1.0)))  # type: ignore[misc]
-        if (sides[:, :2] @ middle[:2] + sides[:, 2] <= 0.0).all():
-            return None
+    if _surely_stands(surroundings, own, below, middle):
+        return None
+    if not any(map(len, _shared(own, below))):  # it is over none of them, as beside a round table
+        away = min(_over(_sides(_top(other, own.low[2])), middle) for other in below)
+        return Tipping(name, tuple(dict.fromkeys(other.name for other in below)), away)
     return _beside(own, below, middle, 0.0)
+
+
+def _others(surroundings: SceneSurroundings, situation: Situation, name: str) -> Iterator[Thing]:
+    """All bodies but one, wherever they may be in a situation."""
+    for other, body in surroundings.scene.bodies.items():
+        if other != name:
+            yield from (Thing.at(other, body.mesh, at) for at in surroundings.poses(situation, other))
+
+
+def _surely_stands(surroundings: SceneSurroundings, own: Thing, below: list[Thing], middle: Array) -> bool:
+    """Whether the middle of an object's mass is over its lowest part, and over one of the things below it.
+
+    Their areas are taken to be convex, so it is over what they share as well.
+    """
+    up, height = own.pose[2, :3].round(6), round(float(own.low[2]), 4)
+    base = surroundings.remembered(
+        ("base", own.name, up.tobytes()),
+        lambda: _over(_sides(_slice(own.triangles, own.low[2] + NEAR, 1.0)), middle),
+    )
+    for other in below if base <= 0.0 else ():
+        key = "top", other.name, other.pose.tobytes(), height
+        sides = surroundings.remembered(key, lambda o=other: _sides(_top(o, height)))  # type: ignore[misc]
+        if _over(sides, middle) <= 0.0:
+            return True
+    return False
+
+
+def _over(sides: Array, point: Array) -> float:
+    """How far a point is beside an area with these sides (k, 3), seen from above [m]; over it 0 or less."""
+    return float((sides[:, :2] @ point[:2] + sides[:, 2]).max())
 
 
 def _away(own: Thing, other: Thing, middle: Array) -> float:
@@ -87,13 +107,6 @@ def _away(own: Thing, other: Thing, middle: Array) -> float:
     if (own.low <= other.high)[:2].all() and (other.low <= own.high)[:2].all():
         return 0.0
     return float(np.linalg.norm(np.maximum(np.maximum(other.low - middle, middle - other.high), 0.0)[:2]))
-
-
-def _beside_base(vertices: Array, middle: Array, pose: Array) -> float:
-    """How far a point is beside the lowest part of a body that has a pose (4, 4), from above [m]; over it 0 or less."""
-    points = placed(vertices, pose)
-    sides = _sides(points[points[:, 2] <= points[:, 2].min() + NEAR][:, :2])
-    return float((sides[:, :2] @ placed(middle, pose)[:2] + sides[:, 2]).max())
 
 
 def _sides(points: Array) -> Array:
@@ -119,15 +132,25 @@ def _beside(own: Thing, met: list[Thing], middle: Array | None, least: float = N
     """How an object tips over on things that it meets; None if it may stand, or is beside them by no more than `least`."""
     if not met or middle is None:
         return None
-    base = _slice(own.triangles, own.low[2] + NEAR, 1.0)
-    shared = [_common(base, _slice(other.triangles, own.low[2] - NEAR, -1.0)) for other in met]
+    shared = _shared(own, met)
     try:
         sides = ConvexHull(np.concatenate(shared)).equations
     except (QhullError, ValueError):  # it stands on an edge, or on nothing
         return None
-    metres = float((sides[:, :2] @ middle[:2] + sides[:, 2]).max())
+    metres = _over(sides, middle)
     carriers = tuple(other.name for other, area in zip(met, shared, strict=True) if len(area))
     return Tipping(own.name, carriers, metres) if metres > least else None
+
+
+def _shared(own: Thing, met: list[Thing]) -> list[Array]:
+    """The corners (n, 2) of the area that an object shares with each thing that it meets, seen from above."""
+    base = _slice(own.triangles, own.low[2] + NEAR, 1.0)
+    return [_common(base, _top(other, own.low[2])) for other in met]
+
+
+def _top(other: Thing, height: float) -> Array:
+    """The corners (n, 2), seen from above, of what may carry something at a height."""
+    return _slice(other.triangles, height - NEAR, -1.0)
 
 
 def _meet(first: Thing, second: Thing) -> bool:

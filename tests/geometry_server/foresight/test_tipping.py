@@ -9,7 +9,7 @@ import pytest
 from kabo.geometry_server import GeometryServer, Situation, start_findings
 from kabo.geometry_server.foresight.tipping import tipping, tips_over
 from kabo.language import load_problem
-from kabo.meshes import Mesh
+from kabo.meshes import Mesh, hull_of
 from kabo.planner.solve import solve
 from kabo.scene import Scene, attachment, load_scene
 from kabo.verify import verify_plan
@@ -109,6 +109,20 @@ def test_what_is_put_down_beside_its_support_tips_over_unless_something_else_car
     )
     for x, wanted in ((0.29, (True, True, True)), (0.2999, (True, True, True)), (0.306, (False, True, True))):
         assert tuple(let_go(each, (x, 0.0, 0.12)) for each in (alone, two, leaning)) == wanted, x
+
+
+def test_what_is_put_down_beside_a_round_support_falls(tmp_path: Path) -> None:
+    """A cube over a corner of the box around a cylinder stands on nothing."""
+    scene = scene_of(tmp_path, things={"cube": (-0.2, 0.3, 0.02)}, walls={"block": BLOCK})
+    turns = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+    ring = 0.1 * np.column_stack([np.cos(turns), np.sin(turns)])
+    corners = np.vstack([np.column_stack([ring, np.full(48, z)]) for z in (-0.05, 0.05)])
+    round_block = replace(scene.bodies["block"], mesh=hull_of(Mesh(corners, np.array([(0, 1, 2)]))))
+    scene = replace(scene, bodies={**scene.bodies, "block": round_block})
+    diagonal = np.sqrt(0.5)
+    for away, wanted in ((0.09, True), (0.11, False), (0.135, False)):  # at 0.135 no corner is over it any more
+        at = (0.2 + diagonal * away, diagonal * away, 0.12)
+        assert let_go(scene, at) == wanted, away
 
 
 @pytest.mark.parametrize("seed", range(3))
