@@ -151,9 +151,9 @@ class _Checking:
                 what = (
                     "wraps one stage: the key is `wrapped`" if wraps else f"it has {wanted or 'no stages inside'}"
                 )
-                self.findings.add(stage.place, f'"{stage.name}" is a {stage.type} and has no `{key}`', what)
+                self.findings.add(stage.place, f"{_is_a(stage)} and has no `{key}`", what)
             elif not is_given and key == wanted and not any(given.values()):
-                self.findings.add(stage.place, f'"{stage.name}" is a {stage.type} and needs the key "{key}"')
+                self.findings.add(stage.place, f'{_is_a(stage)} and needs the key "{key}"')
 
     # ------------------------------------------------------------------------------------------------ properties
     def values(
@@ -277,7 +277,7 @@ class _Checking:
                 self.findings.add(stage.place, f'"{stage.name}" needs the key "monitors"', hint)
             return None
         if kind is not None and not monitoring:
-            message = f'"{stage.name}" is a {stage.type}, which monitors no other stage'
+            message = f"{_is_a(stage)}, which monitors no other stage"
             self.findings.add(written.place, message)
             return None
         return self.follow(written, stage, above)
@@ -373,3 +373,9 @@ def declared_by(kind: type[Stage]) -> dict[str, Property]:
     for base in reversed(kind.__mro__):
         declared |= getattr(base, "PROPERTIES", {})
     return declared
+
+
+def _is_a(stage: StageDescription) -> str:
+    """The beginning of a sentence about a stage: its name, and of which type it is."""
+    article = "an" if str(stage.type)[:1] in tuple("AEIOU") else "a"
+    return f'"{stage.name}" is {article} {stage.type}'

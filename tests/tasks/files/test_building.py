@@ -80,6 +80,7 @@ SPOILED = [
     ("        wrapped:\n          name: pose", "        stages: []\n        wrapped:\n          name: pose", 'the stage "low enough" has both `stages` and `wrapped`', None),
     ("reach: 50", "wrapped: {name: x, stage: line/Start}", '"go" is a line/Way and has no `wrapped`', "it has no stages inside"),
     ("stage: line/Way\n    reach: 50", "stage: Fallbacks", '"go" is a Fallbacks and needs the key "stages"', None),
+    ("stage: line/Way\n    reach: 50", "stage: Alternatives", '"go" is an Alternatives and needs the key "stages"', None),
     ("stage: line/Way\n    reach: 50", "stage: line/Near", '"go" needs the key "monitors"', "the path of the stage whose successes trigger it, such as ../open"),
     ("stage: line/Way\n    reach: 50", "stage: line/Near\n    monitors: «strat»", 'there is no stage "strat" in "line"', 'did you mean "start"?'),
     ("stage: line/Way\n    reach: 50", "stage: line/Near\n    monitors: «../start»", '"../start" leads out of the task', 'the path begins in "line", which holds "go"'),
