@@ -298,6 +298,8 @@ def test_added_geometry_is_in_the_way_until_it_is_removed(first_scene: First) ->
     assert "wall" in blocked.pairs[index]
     removed = only(forward(walled, "RemoveGeometry", bodies=["wall"])).scene
     assert removed.workspace("left").segment_hit(scene.configuration("left"), np.array(end)) < 0
+    refused = only(forward(walled, "RemoveGeometry", bodies=["wal"]))
+    assert refused.comment == "no added body is called 'wal', did you mean \"wall\"?"
     assert only(backward(walled, "AddGeometry", **box)).scene.extras == ()
     inside = {**box, "pose": {"position": tool(scene, "left")[:3, 3].tolist()}}
     assert only(forward(scene, "AddGeometry", **inside)).reason == "collision"

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from kabo.errors import did_you_mean
-from kabo.geometry_server import Situation, extra, padding
+from kabo.geometry_server import Refusal, Situation, extra, padding
 from kabo.language.scene_description import Shape
 from kabo.scene import Scene
 from kabo.scene.transforms import quaternion
@@ -59,8 +59,13 @@ class RemoveGeometry(RobotStage, Propagator):
     PROPERTIES = {"bodies": Property((list, tuple), doc="the names of the bodies", wrong=meanings.names())}
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene without the added bodies that the property names."""
-        return [Result(scene.removing(*map(str, properties["bodies"])))]
+        """The scene without the added bodies that the property names; a failure if one is not there."""
+        names, there = list(map(str, properties["bodies"])), [extra.name for extra in scene.extras]
+        missing = next((name for name in names if name not in there), None)
+        if missing is not None:
+            hint = did_you_mean(missing, there) or f"there is {', '.join(there) or 'none'}"
+            return [Refusal("constraint", f"no added body is called {missing!r}, {hint}")]
+        return [Result(scene.removing(*names))]
 
 
 class Pad(RobotStage, Propagator):
