@@ -22,7 +22,10 @@ LINEAR = [to for to, form in FORMATS.items() if "branch" in form.takes]
 MUTATIONS = 1000
 PROBLEMS = sorted(path for path in DOMAINS.glob("*/*.yaml") if path.stem not in ("domain", "scene"))
 TEXTS = 40 if PROPERTY_SCALE >= 1.0 else 6  # branches whose texts are read; trees follow all of them
-LARGEST = {f"force_sensing/n{count}" for count in range(7, 11)}  # 128 leaves and more: followed in whole runs
+LARGEST = {f"force_sensing/n{count}" for count in range(7, 11)}  # 128 leaves and more: followed in whole runs,
+LARGEST |= {
+    f"stacked/n{count}" for count in range(8, 20)
+}  # as plans of one leaf that are only longer than the one before
 
 
 def chosen(to: str, plan: Plan) -> dict[str, Any]:
