@@ -29,6 +29,7 @@ from unified_planning.test import get_test_cases
 
 import kabo.up
 from kabo.up.kinds import refusals
+from tests.conftest import PROPERTY_SCALE
 from tests.support.oracles_up import failures
 from tests.support.random_up import random_problem
 
@@ -152,7 +153,7 @@ def test_answers_to_random_problems_hold_in_unified_planning(contingent):
 @pytest.mark.slow
 @pytest.mark.parametrize("contingent", [False, True])
 def test_answers_to_many_random_problems_hold_in_unified_planning(contingent):
-    for seed in range(25, 400):
+    for seed in range(25, 25 + max(100, round(375 * PROPERTY_SCALE))):
         judge(seed, contingent=contingent)
 
 
