@@ -166,3 +166,5 @@ def test_boxes_of_any_size_and_turn_are_told_only_if_they_fall(tmp_path: Path, s
         start=scene.start.replace({"cube": attachment("world", turned)}),
     )
     assert bool(tipping(scene)) == falls(scene) == (beside > 0.0)
+    let_down = tips_over(GeometryServer(scene).surroundings, Situation.of(scene.start), "cube", turned)
+    assert (let_down is not None) == (beside > 0.0)
