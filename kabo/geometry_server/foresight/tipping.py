@@ -38,7 +38,8 @@ def tipping(scene: Scene) -> list[Tipping]:
     held = {name for name in scene.start.objects if "." in situation.held(name).parent}
     things = things_at_start(scene)
     loose = {body.name for body in scene.bodies.values() if body.movable and body.grasps} - held
-    found = (_beside(own, _below(own, things), middle_of(own)) for own in things if own.name in loose)
+    every = _Things.of(things)
+    found = (_beside(own, _below(own, every.near(own)), middle_of(own)) for own in things if own.name in loose)
     return [each for each in found if each is not None]
 
 
@@ -56,12 +57,13 @@ def tips_over(
     if own_middle is None or situation.group(name) != (name,):
         return None
     own, middle = Thing.at(name, surroundings.scene.bodies[name].mesh, pose), placed(own_middle, pose)
-    others: list[Thing] = surroundings.remembered(
-        ("things", name, situation.key), lambda: list(_others(surroundings, situation, name))
+    others: _Things = surroundings.remembered(
+        ("things", name, situation.key), lambda: _Things.of(list(_others(surroundings, situation, name)))
     )
-    below = _below(own, others)
+    met = others.near(own)
+    below = _below(own, met)
     if not below:
-        under = [] if any(_meet(own, other) for other in others) else [o for o in others if o.name == support]
+        under = [] if met else [other for other in others.things if other.name == support]
         away = min((_away(own, other, middle) for other in under), default=0.0)
         return Tipping(name, (str(support),), away) if away > 0.0 else None
     if _surely_stands(surroundings, own, below, middle):
@@ -122,9 +124,8 @@ def middle_of(own: Thing) -> Array | None:
     return _middle(own.triangles) if examine(own.mesh).is_closed else None
 
 
-def _below(own: Thing, things: list[Thing]) -> list[Thing]:
-    """What an object may stand on; nothing if it may be held from the side or from above."""
-    met = [other for other in things if other is not own and _meet(own, other)]
+def _below(own: Thing, met: list[Thing]) -> list[Thing]:
+    """What an object may stand on, of what it meets; nothing if it may be held from the side or from above."""
     return [] if any(other.high[2] > own.low[2] + NEAR for other in met) else met
 
 
@@ -153,9 +154,23 @@ def _top(other: Thing, height: float) -> Array:
     return _slice(other.triangles, height - NEAR, -1.0)
 
 
-def _meet(first: Thing, second: Thing) -> bool:
-    """Whether the boxes of two things are near each other."""
-    return bool((first.low <= second.high + NEAR).all() and (second.low <= first.high + NEAR).all())
+@dataclass(frozen=True)
+class _Things:
+    """Things, and the corners (n, 3) of their boxes."""
+
+    things: list[Thing]
+    low: Array
+    high: Array
+
+    @classmethod
+    def of(cls, things: list[Thing]) -> "_Things":
+        low, high = ([getattr(each, name) for each in things] for name in ("low", "high"))
+        return cls(things, np.reshape(low, (-1, 3)), np.reshape(high, (-1, 3)))
+
+    def near(self, own: Thing) -> list[Thing]:
+        """Those whose boxes are near that of a thing, without itself."""
+        met = ((self.low <= own.high + NEAR) & (own.low <= self.high + NEAR)).all(axis=1)
+        return [other for other in (self.things[i] for i in np.flatnonzero(met)) if other is not own]
 
 
 def _middle(triangles: Array) -> Array | None:
