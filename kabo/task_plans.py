@@ -4,7 +4,6 @@ A task knows no actions and no goals. Its plan is one action, named after the ta
 motion in the scene, not what it is for.
 """
 
-import hashlib
 import json
 import re
 from collections.abc import Iterator, Sequence
@@ -21,6 +20,7 @@ from kabo.tasks.files.motions import state_in
 from kabo.tasks.files.planned import load_report
 from kabo.tasks.files.report_form import FORMAT as REPORT_FORMAT
 from kabo.tasks.files.report_form import OLD_FORMAT, ChangeReport, MotionReport, Report, StateReport
+from kabo.whole_files import file_hash
 
 if TYPE_CHECKING:
     from kabo.scene import Scene  # loads meshes
@@ -188,8 +188,8 @@ def _require_known(motion: MotionReport, scene: "Scene", file: str) -> None:
 
 def _files(scene: "Scene", description: SceneDescription) -> dict[str, str]:
     """The hashes of the scene's files, by their names in a plan."""
-    digest = "sha256:" + hashlib.sha256(description.path.read_bytes()).hexdigest()
-    return {description.path.name: digest, **recorded_files(scene.files.items(), description.path.parent)}
+    own = file_hash(description.path)
+    return {description.path.name: own, **recorded_files(scene.files.items(), description.path.parent)}
 
 
 def _options(report: Report, number: int, scene: "Scene") -> dict[str, Any]:

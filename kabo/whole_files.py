@@ -1,5 +1,6 @@
-"""Files that are written whole or not at all, whatever happens while they are written."""
+"""Files that are written whole or not at all, whatever happens while they are written; and the hash of a whole file."""
 
+import hashlib
 import os
 import threading
 from pathlib import Path
@@ -27,6 +28,15 @@ def write_atomically(path: Path, content: bytes) -> None:
         raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def file_hash(path: Path) -> str:
+    """`sha256:…` of what is in a file, as plans have it.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    return "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _write_into(path: Path, content: bytes) -> None:

@@ -20,9 +20,7 @@ from kabo.language.scene_description import Constraint, GraspFamily
 from kabo.scene import Body, KinematicTree, Region, Robot
 
 HOLD_TOLERANCE = 1e-4  # [m, rad] within which a hold counts as a grasp of a family
-OBSERVED_HOLD = (
-    1e-3  # [m, rad] within which `kabo verify` takes a hold for a grasp of a family, as one that was observed is
-)
+OBSERVED_HOLD = 1e-3  # [m, rad]: the same of a hold that was observed in a run, as `kabo verify` takes it
 FINGER_TOLERANCE = 1e-3  # [m, rad] within which a hand is as wide as a family says
 
 

@@ -5,10 +5,8 @@ continuations: in a state that it has foreseen, the rest of it is the plan; in a
 whose motions are looked for.
 """
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 from kabo.knowledge import GroundedTask
 from kabo.language import file_of
@@ -20,6 +18,7 @@ from kabo.planner.continuing import action_key, require_of
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.search.skeleton import Skeleton, SkeletonNode
 from kabo.scene import Scene
+from kabo.whole_files import file_hash
 
 
 @dataclass
@@ -44,7 +43,7 @@ class Memo:
     skeletons: dict[str, SkeletonNode] = field(default_factory=dict, repr=False)
     continued: bool = False  # whether the last plan does the actions of the rest of the one before
     outdated: str | None = (
-        None  # a file that has changed since the plan was made: of it only actions are tried again
+        None  # a file that has changed since the plan was made: only its actions are tried again
     )
 
     @classmethod
@@ -135,17 +134,13 @@ class Memo:
 def _changed_file(problem: Problem, plan: Plan) -> str | None:
     """The first of the files of which a plan was made that is not as it was; None if all are."""
     for name, digest in sorted(plan.files.items()):
-        now = problem.files.get(name) or _digest(file_of(name, problem.path.parent))
+        try:
+            now = problem.files.get(name) or file_hash(file_of(name, problem.path.parent))
+        except OSError:
+            return name
         if now != digest:
             return name
     return None
-
-
-def _digest(path: Path) -> str | None:
-    try:
-        return "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:
-        return None
 
 
 def _without_quality(options: Mapping[str, object]) -> dict[str, object]:

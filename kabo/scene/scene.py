@@ -1,6 +1,5 @@
 """The scene: robots, bodies and regions placed in the world, allowed collisions, and the first geometric state."""
 
-import hashlib
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -39,6 +38,7 @@ from kabo.scene.shapes import CYLINDER_SIDES, element_of, mesh_of
 from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot
+from kabo.whole_files import file_hash
 
 _LOG = logging.getLogger("kabo.scene")
 ROOM_BELOW = (
@@ -296,7 +296,7 @@ def hashes(paths: list[Path]) -> dict[Path, str]:
     """The hashes of files, and of the files with parts that stand beside them."""
     beside = [path.with_name(path.name + ".parts") for path in paths]
     read = sorted({*paths, *(path for path in beside if path.is_file())})
-    return {path: "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest() for path in read}
+    return {path: file_hash(path) for path in read}
 
 
 def _allowed(description: SceneDescription, robots: Mapping[str, Robot]) -> frozenset[frozenset[str]]:

@@ -49,7 +49,7 @@ def summed(bundle, factor):
         bundle.sums[k] = factor * bundle.rows[k].sum()
 
 
-def test_a_settled_kernel_gives_the_same_answers_each_time_and_looks_at_types_once():
+def test_a_settled_kernel_gives_the_same_answers_each_time():
     rows = np.arange(24.0).reshape(8, 3)
     quick = settled(summed)
     for given in (rows[::2], rows[1::2], rows[:1:2]):  # not contiguous, which fits a single row, too
@@ -60,6 +60,22 @@ def test_a_settled_kernel_gives_the_same_answers_each_time_and_looks_at_types_on
     python = settled(summed.py_func)  # where compiling is switched off
     python(found, 2.0)
     assert found.sums.tolist() == [6.0]
+
+
+def test_a_settled_kernel_looks_at_its_arguments_at_the_first_call_alone():
+    looked = []
+
+    class Kernel:
+        def typeof_pyval(self, argument):
+            looked.append(argument)
+            return type(argument)
+
+        def compile(self, types):
+            return lambda *arguments: (types, arguments)
+
+    quick = settled(Kernel())
+    assert [quick(1, 2.0), quick(3, 4.0)] == [((int, float), (1, 2.0)), ((int, float), (3, 4.0))]
+    assert looked == [1, 2.0]
 
 
 def test_no_kernel_lets_the_compiler_choose_how_to_round():

@@ -4,7 +4,7 @@ The mass counts as spread evenly over the object. Told is only what cannot stand
 or from above may keep it, and the area in which it touches what is below is taken to be as large as it can be.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,8 @@ from kabo.meshes.soundness import examine
 from kabo.scene import Scene
 
 NEAR = 1e-3  # [m] within which things may touch, and less than which nothing is told
+ROOM = 3e-3  # [m] to the edge of what carries an object that is put down: robots put it as far beside its place,
+SHARE = 0.25  # but no more than this share of the way from the edge to the middle of a narrow support
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ def tipping(scene: Scene) -> list[Tipping]:
 def tips_over(
     surroundings: SceneSurroundings, situation: Situation, name: str, pose: Array, support: str | None = None
 ) -> Tipping | None:
-    """How an object tips over, or falls, if a hand lets go of it at a pose (4, 4); None if it may stand.
+    """How an object tips over, or falls, if a hand lets go of it at a pose (4, 4) or a little beside; None if it may stand.
 
     Whatever it may stand on counts, robots do not; `support` is what it should stand on. Of what other objects hang on,
     nothing is said.
@@ -61,17 +63,21 @@ def tips_over(
         ("things", name, situation.key), lambda: _Things.of(list(_others(surroundings, situation, name)))
     )
     met = others.near(own)
-    below = _below(own, met)
+    # Nothing leans on what it may not touch: only what it stands in may hold it from the side, or what it always touches.
+    holding = [other for other in met if other.name == support or surroundings.never_collide(name, other.name)]
+    if any(other.high[2] > own.low[2] + NEAR for other in (holding if support is not None else met)):
+        return None
+    below = [other for other in met if other.high[2] <= own.low[2] + NEAR]
     if not below:
-        under = [] if met else [other for other in others.things if other.name == support]
+        under = [other for other in others.things if other.name == support]
         away = min((_away(own, other, middle) for other in under), default=0.0)
         return Tipping(name, (str(support),), away) if away > 0.0 else None
     if _surely_stands(surroundings, own, below, middle):
         return None
     if not any(map(len, _shared(own, below))):  # it is over none of them, as beside a round table
-        away = min(_over(_sides(_top(other, own.low[2])), middle) for other in below)
+        away = min(_over(_carrying(_top(other, own.low[2])), middle) for other in below)
         return Tipping(name, tuple(dict.fromkeys(other.name for other in below)), away)
-    return _beside(own, below, middle, 0.0)
+    return _beside(own, below, middle, 0.0, _carrying)
 
 
 def _others(surroundings: SceneSurroundings, situation: Situation, name: str) -> Iterator[Thing]:
@@ -93,7 +99,7 @@ def _surely_stands(surroundings: SceneSurroundings, own: Thing, below: list[Thin
     )
     for other in below if base <= 0.0 else ():
         key = "top", other.name, other.pose.tobytes(), height
-        sides = surroundings.remembered(key, lambda o=other: _sides(_top(o, height)))  # type: ignore[misc]
+        sides = surroundings.remembered(key, lambda o=other: _carrying(_top(o, height)))  # type: ignore[misc]
         if _over(sides, middle) <= 0.0:
             return True
     return False
@@ -119,6 +125,13 @@ def _sides(points: Array) -> Array:
         return np.array([[0.0, 0.0, np.inf]])
 
 
+def _carrying(points: Array) -> Array:
+    """The sides (k, 3) of the area in which points (n, 2) carry the middle of a mass, with room to their convex hull."""
+    sides = _sides(points)
+    depth = -_over(sides, points.mean(axis=0)) if len(points) else 0.0
+    return sides + [0.0, 0.0, min(ROOM, max(0.0, SHARE * depth))]
+
+
 def middle_of(own: Thing) -> Array | None:
     """The middle (3,) of an object's mass; None if its surfaces enclose nothing."""
     return _middle(own.triangles) if examine(own.mesh).is_closed else None
@@ -129,16 +142,20 @@ def _below(own: Thing, met: list[Thing]) -> list[Thing]:
     return [] if any(other.high[2] > own.low[2] + NEAR for other in met) else met
 
 
-def _beside(own: Thing, met: list[Thing], middle: Array | None, least: float = NEAR) -> Tipping | None:
-    """How an object tips over on things that it meets; None if it may stand, or is beside them by no more than `least`."""
+def _beside(
+    own: Thing,
+    met: list[Thing],
+    middle: Array | None,
+    least: float = NEAR,
+    area: Callable[[Array], Array] = _sides,
+) -> Tipping | None:
+    """How an object tips over on things that it meets; None if it may stand, or is beside their area by `least` or less."""
     if not met or middle is None:
         return None
     shared = _shared(own, met)
-    try:
-        sides = ConvexHull(np.concatenate(shared)).equations
-    except (QhullError, ValueError):  # it stands on an edge, or on nothing
+    metres = _over(area(np.concatenate(shared)), middle)
+    if metres == np.inf:  # it stands on an edge, or on nothing
         return None
-    metres = _over(sides, middle)
     carriers = tuple(other.name for other, area in zip(met, shared, strict=True) if len(area))
     return Tipping(own.name, carriers, metres) if metres > least else None
 

@@ -1,6 +1,5 @@
 """What a file given to the viewer is, and where the problem of a plan is."""
 
-import hashlib
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from kabo.language.problem import Problem
 from kabo.plan import READABLE_FORMATS, Plan
 from kabo.verify.scene_alone import scene_alone
 from kabo.viewer.content.document import Given
+from kabo.whole_files import file_hash
 
 DEPTHS = (
     "",
@@ -105,7 +105,7 @@ def _found_near(plan: Plan, path: Path) -> Path:
     Raises:
         InputError: no such file is there; says how to name it.
     """
-    same = [found for found in _candidates(plan, path) if _hash(found) in plan.files.values()]
+    same = [found for found in _candidates(plan, path) if file_hash(found) in plan.files.values()]
     for fits in (_is_problem, _is_scene):
         for found in same:
             if fits(found):
@@ -130,7 +130,3 @@ def _is_problem(path: Path) -> bool:
 
 def _is_scene(path: Path) -> bool:
     return not is_imported(path) and kind_of_file(path) == "scene"
-
-
-def _hash(path: Path) -> str:
-    return "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest()

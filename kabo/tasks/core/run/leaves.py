@@ -13,9 +13,7 @@ from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import StageJob
 from kabo.tasks.core.run.nodes import StageNode
 
-MAX_STRUCTURAL_MISMATCHES = (
-    250  # pairs that a connector cannot join for the order of the stages, until it counts as wrong
-)
+MAX_STRUCTURAL_MISMATCHES = 250  # pairs that the order of stages keeps apart, until a connector counts as wrong
 
 
 class GeneratorNode(Leaf):

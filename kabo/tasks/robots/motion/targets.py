@@ -159,15 +159,14 @@ class PlacementTarget:
     def refused(self, scene: TaskScene, at: Candidate) -> Measure | str | None:
         """How far the object reaches out of the region at the configuration, or would tip over; None if it does neither."""
         pose, surroundings = at.pose(self.stream.this), scene.context.surroundings
-        if self.region is not None and not lies_inside(
-            surroundings, self.object, pose, region := scene.context.scene.regions[self.region]
-        ):
+        region = None if self.region is None else scene.context.scene.regions[self.region]
+        if region is not None and not lies_inside(surroundings, self.object, pose, region):
             return self._outside(surroundings, pose, region)
         tips = tips_over(surroundings, scene.situation, self.object, pose, self.support)
         if tips is None:
             return None
-        beside = f"the middle of its mass is {millimetres(tips.metres)} beside {' and '.join(tips.carriers)}"
-        return f"{self.object} would not stand: {beside}"
+        where = f"{millimetres(tips.metres)} beside where {' and '.join(tips.carriers)} would carry it"
+        return f"{self.object} would not stand: the middle of its mass is {where}"
 
     def _outside(self, surroundings: SceneSurroundings, pose: Array, region: Region) -> Measure:
         out = max(0.0, outside(surroundings, self.object, pose, region))
