@@ -8,7 +8,8 @@ import pytest
 
 from kabo.errors import InputError
 from kabo.plan import Plan
-from kabo.viewer.content.files import _hash, given_file, problem_of_plan
+from kabo.viewer.content.files import given_file, problem_of_plan
+from kabo.whole_files import file_hash
 
 REPOSITORY = Path(__file__).parents[3]
 
@@ -58,7 +59,7 @@ def test_what_cannot_be_viewed_is_refused_with_what_can(tmp_path, name, text, sa
 
 
 def plan_for(problem: Path) -> Plan:
-    files = {name: _hash(problem.parent / name) for name in (problem.name, "domain.yaml")}
+    files = {name: file_hash(problem.parent / name) for name in (problem.name, "domain.yaml")}
     return Plan("parcels", files, {}, "n0", {})
 
 
