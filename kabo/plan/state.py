@@ -4,8 +4,9 @@ A plan may begin in such a state in place of the problem's start. Knowledge is n
 `done` from the initial knowledge, the planner by its own rules and the verifier by its own.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
@@ -42,8 +43,11 @@ class State:
         """Writes the state's file, completely or not at all; `kabo.load_state` reads it.
 
         Raises:
+            InputError: a robot or an object is at a number that is not finite, which no file holds.
             OSError: the file cannot be written.
         """
+        if self.geometry is not None and (faults := list(_not_finite(self.geometry))):
+            raise InputError(faults)
         write_atomically(Path(path), canonical(state_file(self)) + b"\n")
 
 
@@ -64,7 +68,8 @@ def state_after(
         objects: where objects are now, in place of where the plan has them.
 
     Raises:
-        InputError: the history is no way through the plan, or the plan has no such robot, joint or object.
+        InputError: the history is no way through the plan, the plan has no such robot, joint or object, or one of them
+            is at a number that is not finite.
     """
     done, now = list(plan.done or ()), plan.start
     for name, node, outcome in _followed(plan, history):
@@ -80,10 +85,10 @@ def state_after(
 
 
 def _require_known(start: StateChange, change: StateChange) -> None:
-    """Checks that a plan has the robots, joints and objects that a change names.
+    """Checks that a plan has the robots, joints and objects that a change names, and that they are somewhere.
 
     Raises:
-        InputError: it has no such ones.
+        InputError: it has no such ones, or they are at a number that is not finite.
     """
     kinds = [("robot", change.robots, start.robots), ("movable object", change.objects, start.objects)]
     kinds += [
@@ -97,8 +102,20 @@ def _require_known(start: StateChange, change: StateChange) -> None:
         for name in names
         if name not in known
     ]
+    faults += _not_finite(change)
     if faults:
         raise InputError(faults)
+
+
+def _not_finite(change: StateChange) -> Iterator[Diagnostic]:
+    """A diagnostic for each joint and each object that is at NaN or at infinity."""
+    for name, joints in change.robots.items():
+        for joint, value in joints.items():
+            if not isfinite(value):
+                yield Diagnostic("state", 1, 1, f"{joint} of {name} is at {value}", "a finite number [rad or m]")
+    for name, pose in change.objects.items():
+        if not all(map(isfinite, (*pose.position, *pose.quaternion))):
+            yield Diagnostic("state", 1, 1, f"the pose of {name} has a number that is not finite", None)
 
 
 def changed(state: StateChange, change: StateChange) -> StateChange:

@@ -103,6 +103,16 @@ class Memo:
             return None
         return found[1].geometry, happened
 
+    def not_compared(self) -> str | None:
+        """Why a state in which `foreseen` finds nothing cannot be compared with the plan; None if there is no plan."""
+        if self.plan is None:
+            return None
+        if self.outdated is not None:
+            return f"the former plan is of other files ({self.outdated} has changed since)"
+        if self.plan.start is None:
+            return "the former plan has no geometry"
+        return "what was done is no way through the former plan"
+
     def skeleton(self, state: State) -> Skeleton | None:
         """The continuation of the plan after what was done, whatever has become of the geometry."""
         found = self._reached(state)

@@ -335,3 +335,22 @@ def test_only_worlds_count_that_agree_with_what_was_observed() -> None:
         if outcome is not None:
             counts.append(worlds.worlds)
     assert counts == [8, 4, 2, 1]
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), -float("inf")])
+def test_a_state_in_which_something_is_nowhere_is_neither_made_nor_written(number: float, tmp_path: Path) -> None:
+    problem = gantry_problem(tmp_path, things={"cube": (0.2, 0.0, 0.02)}, goal="K(at(cube, shelf))")
+    plan = kabo.solve(problem).plan
+    assert plan is not None
+    state = kabo.after(problem, plan)
+    assert state.geometry is not None
+    joints = {"gantry": {"x": number}}
+    with pytest.raises(InputError, match=f"x of gantry is at {number}"):
+        kabo.after(problem, plan, robots=joints)
+    nowhere = replace(state.geometry.objects["cube"], position=(0.0, number, 0.0))
+    with pytest.raises(InputError, match="the pose of cube has a number that is not finite"):
+        kabo.after(problem, plan, objects={"cube": nowhere})
+    for change in (kabo.plan.StateChange(robots=joints), kabo.plan.StateChange(objects={"cube": nowhere})):
+        with pytest.raises(InputError, match="finite"):
+            replace(state, geometry=changed(state.geometry, change)).save(tmp_path / "state.json")
+    assert not (tmp_path / "state.json").exists()

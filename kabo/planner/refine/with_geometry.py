@@ -94,12 +94,13 @@ def _require_explained(run: SolveRun, scene: Scene, start: State, begun: StateCh
     Raises:
         InputError: what is known of a body comes from actions, and it is not where these have left it.
     """
-    foreseen = None if run.memo is None else run.memo.foreseen(start)
-    if run.memo is not None and run.memo.outdated is not None:
-        text = f"warning: the former plan is of other files ({run.memo.outdated} has changed since)"
-        run.report_line("looking at the start", f"{text}: whether things are where it left them is not known")
+    memo = run.memo
+    foreseen = None if memo is None else memo.foreseen(start)
     if foreseen is not None:
         require_explained(run.problem, scene, foreseen[0], begun, foreseen[1])
+    elif memo is not None and (why := memo.not_compared()) is not None:
+        text = f"warning: {why}: whether things are where it left them is not known"
+        run.report_line("looking at the start", text)
 
 
 def _blocked_starts(server: GeometryServer) -> Iterator[str]:

@@ -179,6 +179,19 @@ def test_what_cannot_be_is_told_beside_a_plan_that_begins_there(
     assert "warning" not in capsys.readouterr().err
 
 
+def test_what_was_done_beside_the_former_plan_is_not_compared_with_it_and_that_is_told(
+    case: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    state = after(case, 1)
+    assert replanned(case, state, tmp_path) == exit_codes.DONE
+    assert "no way through" not in capsys.readouterr().err
+    other = {name: "second" if value == "cube" else value for name, value in state.done[0].arguments.items()}
+    beside = replace(state, done=(replace(state.done[0], arguments=other),))
+    replanned(case, beside, tmp_path)
+    said = "warning: what was done is no way through the former plan: whether things are where it left them is not known"
+    assert said in capsys.readouterr().err
+
+
 def test_of_a_plan_that_was_made_for_other_files_only_the_actions_are_tried_again(
     case: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
