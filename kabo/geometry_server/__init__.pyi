@@ -70,6 +70,7 @@ from kabo.geometry_server.preparation.preparing import prepare as prepare
 from kabo.geometry_server.preparation.preparing import prepare_scene as prepare_scene
 from kabo.geometry_server.preparation.preparing import read_prepared as read_prepared
 from kabo.geometry_server.reachability import grasp_missing as grasp_missing
+from kabo.geometry_server.reachability import least_distance as least_distance
 from kabo.geometry_server.reachability import region_missing as region_missing
 from kabo.geometry_server.reachability import wherever as wherever
 from kabo.geometry_server.robot_models.describing import robot_summary as robot_summary

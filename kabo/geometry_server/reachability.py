@@ -9,44 +9,68 @@ from collections.abc import Iterable
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import base_position
+from kabo.geometry_server.configurations import joints_at
 from kabo.geometry_server.frames import Frame, Roles
 from kabo.kinematics import FrameFeature
 from kabo.language.scene_description import Constraint, GraspFamily
-from kabo.scene import PRISMATIC, Body, Drive, Region, Robot
+from kabo.scene import PRISMATIC, Body, Drive, KinematicTree, Region, Robot
 
 ROUNDING_ALLOWANCE = 1e-6  # [m]: rounding of the sums below is far smaller
 
 
-def reach(robot: Robot, point: FrameFeature) -> float:
-    """An upper bound of the distance [m] of a point on the robot from its first moving joint.
+def least_distance(robot: Robot, point: FrameFeature, feature: FrameFeature) -> float:
+    """A lower bound [m] of the distance of a point on a robot from a feature of the world, whatever its joints do.
 
-    For a robot whose base drives: from the vertical axis about which the base turns, at the height of that joint.
+    Zero or less proves nothing.
+    """
+    joint, length = _chain(robot, point)
+    drive = robot.drive
+    if drive is None or joint != drive.joint:
+        return _distance(_start(robot, joint), feature) - length
+    if feature.kind != "point":
+        return -length
+    target = np.asarray(feature.origin)
+    away = np.hypot(drive.missing(target[None])[0], target[2] - drive.world_T_floor[2, 3])
+    return float(away) - length
+
+
+def _chain(robot: Robot, point: FrameFeature) -> tuple[int, float]:
+    """The first moving joint on the way from the base to a point, and the point's greatest distance [m] from it.
+
+    A base that drives counts as its last joint, and distances are from the vertical axis about which it turns, at the
+    height of that joint. If no joint moves the point, the joint is the one to which it is fixed.
     """
     tree, joint = robot.tree, point.joint
-    total = float(np.linalg.norm(point.origin))
+    total = float(np.linalg.norm(point.origin)) + ROUNDING_ALLOWANCE
+    first = joint, total
     while joint > 0:
         if robot.drive is not None and joint == robot.drive.joint:
-            return total + ROUNDING_ALLOWANCE
-        moves = tree.ratio[joint] != 0.0
-        if moves and tree.kind[joint] == PRISMATIC:
-            source, ratio, shift = tree.source[joint], tree.ratio[joint], tree.shift[joint]
-            ends = (ratio * tree.lower[source] + shift, ratio * tree.upper[source] + shift)
-            total += max(abs(ends[0]), abs(ends[1]))
-        if moves and not _moves_before(robot, joint):
-            return total + ROUNDING_ALLOWANCE
+            return joint, total
+        if tree.kind[joint] == PRISMATIC:
+            total += _stroke(tree, joint)
+        if tree.ratio[joint] != 0.0:
+            first = joint, total
         total += float(np.linalg.norm(tree.placement[joint, 9:]))
         joint = int(tree.parent[joint])
-    return total + ROUNDING_ALLOWANCE
+    return first
 
 
-def _moves_before(robot: Robot, joint: int) -> bool:
-    parent = int(robot.tree.parent[joint])
-    while parent > 0:
-        if robot.tree.ratio[parent] != 0.0:
-            return True
-        parent = int(robot.tree.parent[parent])
-    return False
+def _stroke(tree: KinematicTree, joint: int) -> float:
+    """How far [m] a sliding joint moves at most from where it is at zero, or has been locked there."""
+    source, ratio, shift = tree.source[joint], tree.ratio[joint], tree.shift[joint]
+    if ratio == 0.0:
+        return float(abs(shift))
+    return float(max(abs(ratio * end[source] + shift) for end in (tree.lower, tree.upper)))
+
+
+def _start(robot: Robot, joint: int) -> Array:
+    """The place (3,) in the world of a joint that none before it moves, before its own motion."""
+    tree = robot.tree
+    before = joints_at(tree, np.clip(0.0, tree.lower, tree.upper))
+    if joint == 0 or tree.ratio[joint] == 0.0:
+        return np.array(before[joint, 9:])
+    parent, placement = before[tree.parent[joint]], tree.placement[joint]
+    return np.array(parent[:9].reshape(3, 3) @ placement[9:] + parent[9:])
 
 
 def grasp_missing(robot: Robot, constraints: Iterable[Constraint], roles: Roles) -> float:
@@ -63,19 +87,8 @@ def grasp_missing(robot: Robot, constraints: Iterable[Constraint], roles: Roles)
             point = roles["tool"].feature(tool.feature or "")
             if point.kind == "point":
                 target = roles[other.owner].feature(other.feature or "")
-                worst = max(worst, base_distance(robot, target) - reach(robot, point))
+                worst = max(worst, least_distance(robot, point, target))
     return float(worst)
-
-
-def base_distance(robot: Robot, feature: FrameFeature) -> float:
-    """A lower bound of the distance [m] of a feature from the point of which `reach` speaks, wherever the base may be."""
-    drive = robot.drive
-    if drive is None:
-        return _distance(base_position(robot), feature)
-    if feature.kind != "point":
-        return 0.0
-    target = np.asarray(feature.origin)
-    return float(np.hypot(drive.missing(target[None])[0], target[2] - drive.world_T_floor[2, 3]))
 
 
 def _distance(point: Array, feature: FrameFeature) -> float:
@@ -101,12 +114,16 @@ def region_missing(robot: Robot, body: Body, region: Region, tool: Frame) -> flo
     height.
     """
     offset = max((_grasp_offset(body, family) for family in body.grasps.values()), default=np.inf)
-    drive = robot.drive
-    inside = _region_distance(base_position(robot), region) if drive is None else _floor_distance(drive, region)
     points = [tool.moved(f) for f in tool.features.values() if f.kind == "point"]
     if not points or not np.isfinite(offset):
         return -np.inf
-    return float(inside - max(reach(robot, p) for p in points) - offset)
+    drive, chains = robot.drive, [_chain(robot, point) for point in points]
+    joint = chains[0][0]  # of all points: they are fixed to one link
+    if drive is not None and joint == drive.joint:
+        inside = _floor_distance(drive, region)
+    else:
+        inside = _region_distance(_start(robot, joint), region)
+    return float(inside - max(length for _, length in chains) - offset)
 
 
 def _region_distance(point: Array, region: Region) -> float:

@@ -14,7 +14,7 @@ from kabo.geometry_server.candidates import Stream, from_home
 from kabo.geometry_server.configurations import Candidate
 from kabo.geometry_server.driving.standing import standing_of
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame
-from kabo.geometry_server.reachability import base_distance, reach
+from kabo.geometry_server.reachability import least_distance
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.kinematics import FrameFeature, rows_of, stacked
@@ -45,8 +45,7 @@ class ViewpointStream:
         if self.middle.joint:
             return -np.inf
         robot = self.stream.robot
-        far = base_distance(robot, self.middle)
-        return far - reach(robot, sensor_frame(robot, self.sensor).moved(_AXIS)) - self.sensor.far
+        return least_distance(robot, sensor_frame(robot, self.sensor).moved(_AXIS), self.middle) - self.sensor.far
 
 
 def sensor_frame(robot: Robot, sensor: Sensor) -> Frame:

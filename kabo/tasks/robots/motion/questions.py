@@ -13,7 +13,7 @@ from kabo.geometry_server import Measure, Pair, ProcedureContext, Refusal, Situa
 from kabo.scene import Configuration
 from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.nearness import own_nearness
-from kabo.tasks.robots.motion.targets import Target
+from kabo.tasks.robots.motion.targets import GraspTarget, PlacementTarget, PoseTarget, Target
 from kabo.tasks.robots.scenes import TaskScene, configuration
 
 MAX_REPEATED_SAMPLES = 60  # samples of a path search that is repeated
@@ -109,6 +109,16 @@ def hand_blocked(scene: TaskScene, robot: str, target: Target) -> Refusal | None
         return None
     asked = MotionQuestion(scene, robot, target=target)
     return Refusal.collision(hit, f"the hand would hit: {pair_text(hit)}", question=asked)
+
+
+def unreached(scene: TaskScene, robot: str, target: Target) -> Refusal:
+    """The refusal if no configuration of a robot was found at a target, with the proof that there is none, if known."""
+    short = target.unreached() if isinstance(target, PoseTarget) else None
+    missing = None if short is None or short.missing == 0.0 else short.missing
+    text = f"no configuration of {robot} was found" if short is None else f"the pose is {short} for {robot}"
+    asked = MotionQuestion(scene, robot, target=target)
+    measures = target.out_of_reach(scene) if isinstance(target, (GraspTarget, PlacementTarget)) else ()
+    return Refusal("out_of_reach", text, missing=missing, question=asked, measures=measures)
 
 
 def along(scene: TaskScene, robot: str, *waypoints: Iterable[float]) -> MotionQuestion:

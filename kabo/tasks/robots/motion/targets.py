@@ -26,6 +26,7 @@ from kabo.geometry_server import (
     Stream,
     beyond_reach,
     grasps_there,
+    least_distance,
     lies_inside,
     millimetres,
     outside,
@@ -190,8 +191,10 @@ class PoseTarget:
     def batches(self) -> Iterator[list[Candidate]]:
         """The solution closest to the present configuration, then sampled ones, within each batch the closest first.
 
-        If there is a closed form, one batch has all solutions.
+        If there is a closed form, one batch has all solutions. There is none if links and strokes are too short.
         """
+        if self._missing() > 0.0:
+            return
         every = self.stream.at_pose(self.frame, self.world_T_frame)
         if every is not None:
             yield [] if isinstance(every, OutOfReach) else self._nearest_first(every)
@@ -203,12 +206,22 @@ class PoseTarget:
             first += count
 
     def unreached(self) -> OutOfReach | None:
-        """The proof, by closed-form inverse kinematics, that the pose is out of reach.
+        """The proof, by the lengths of links and strokes or by closed-form inverse kinematics, that it is out of reach.
 
         The result is None if there is no such proof.
         """
+        if self._missing() > 0.0:
+            return OutOfReach(missing=self._missing())
         every = self.stream.at_pose(self.frame, self.world_T_frame)
         return every if isinstance(every, OutOfReach) else None
+
+    def _missing(self) -> float:
+        """A lower bound [m] of how far the pose lies beyond the robot's reach; 0 or less proves nothing."""
+        own, there = (
+            FrameFeature(joint, "point", tuple(pose[:3, 3].tolist()))
+            for joint, pose in ((self.frame.joint, self.frame.joint_T_frame), (WORLD.joint, self.world_T_frame))
+        )
+        return least_distance(self.stream.robot, own, there)
 
     def _nearest_first(self, found: list[Candidate]) -> list[Candidate]:
         n, near = self.stream.robot.planned, np.array(self.near)

@@ -25,7 +25,7 @@ from kabo.tasks.robots.motion.configurations import (
 )
 from kabo.tasks.robots.motion.paths import grip, length
 from kabo.tasks.robots.motion.planners import planned_way
-from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
+from kabo.tasks.robots.motion.questions import along, hand_blocked, unreached
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.poses import pose_of
@@ -177,9 +177,7 @@ class MoveTo(RobotStage, Propagator):
             if tried >= properties["max_ik_solutions"]:
                 return
         if not tried:
-            asked = MotionQuestion(scene, name, target=target)
-            text = f"no configuration of {name} was found"
-            yield Refusal("out_of_reach", text, reads=frozenset({name}), question=asked)
+            yield replace(unreached(scene, name, target), reads=frozenset({name}))
 
 
 def arm_moved(

@@ -13,8 +13,8 @@ from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
-from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
-from kabo.tasks.robots.motion.targets import GraspTarget, PlacementTarget, PoseTarget
+from kabo.tasks.robots.motion.questions import along, hand_blocked, unreached
+from kabo.tasks.robots.motion.targets import GraspTarget, PlacementTarget
 from kabo.tasks.robots.scenes import TaskScene
 
 
@@ -80,17 +80,7 @@ class ComputeIK(RobotStage, Wrapper):
             if most is not None and len(found) >= most:
                 return
         if not tried:
-            yield self._unreached(scene, name, target)
-
-    @staticmethod
-    def _unreached(scene: TaskScene, name: str, target: Any) -> Refusal:
-        short = target.unreached() if isinstance(target, PoseTarget) else None
-        missing = None if short is None or short.missing == 0.0 else short.missing
-        text = f"no configuration of {name} was found" if short is None else f"the pose is {short} for {name}"
-        asked = MotionQuestion(scene, name, target=target)
-        known = isinstance(target, (GraspTarget, PlacementTarget))
-        measures = target.out_of_reach(scene) if known else ()
-        return Refusal("out_of_reach", text, missing=missing, question=asked, measures=measures)
+            yield unreached(scene, name, target)
 
     @staticmethod
     def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Refusal | None:
