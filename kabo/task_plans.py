@@ -112,7 +112,7 @@ def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate
     }
     plan = plan_from_json(json.dumps(content), file=f"solution {number}")
     try:
-        plan = granted(plan, scene, {name: body.model for name, body in description.bodies.items()})
+        plan = granted(plan, scene)
         return _certified(plan, scene, report.get("clearance", 0.0)) if certificate else plan
     except (KeyError, ValueError, IndexError) as error:  # joints, links or objects of another scene
         what = f"this motion is none of the scene {scene.name}: {error}"

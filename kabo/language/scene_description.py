@@ -258,7 +258,8 @@ class RobotDescription:
 class Mate:
     """The constraints by which one part is joined to another part; they use the roles `moving` and `fixed`.
 
-    `tolerance`: the greatest distance of any point of the moving part from its straight insertion path [m].
+    `tolerance`: the greatest distance of any point of the moving part from its straight insertion path [m]. `holds`:
+    whether the parts stay together by themselves from then on, as in a press fit; planning takes it that all do.
     """
 
     name: str
@@ -267,6 +268,7 @@ class Mate:
     constraints: tuple[Constraint, ...]
     insertion: Stroke | None = None
     tolerance: float = MATE_TOLERANCE
+    holds: bool = False
 
 
 @dataclass(frozen=True)

@@ -255,9 +255,8 @@ class _Way:
         options = Options(seed=0, epsilon=scene.epsilon, clearance=self.clearance).written()
         start = whole_state(scene, {**first.robots, **first.objects})
         plan = Plan(name, files_of(scene), options, NODE, nodes, start)
-        models = {body: each.model for body, each in scene.description.bodies.items()}
         surroundings = GeometryServer(scene, clearance=self.clearance).surroundings
-        plan = granted(plan, scene, models)
+        plan = granted(plan, scene)
         known = certificate_with_parts(plan, surroundings, self.interruption.plan)
         return certified(plan, surroundings)[0] if known is None else replace(plan, certificate=known)
 

@@ -1,7 +1,7 @@
 """The scene: robots, bodies and regions placed in the world, allowed collisions, and the first geometric state."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -143,6 +143,15 @@ class Scene:
         if robot[1] and other[1] and robot[0] == other[0]:
             return self.robots[robot[0]].neighbours(robot[2], other[2])
         return self._fixed(first) and self._fixed(second)
+
+    def mates_between(self, first: str, second: str) -> Iterator[tuple[Mate, str, str]]:
+        """The mates that can join two bodies, each with the body that it moves and the one that stays."""
+        described = {} if self.description is None else self.description.bodies
+        models = {name: described[name].model for name in (first, second) if name in described}
+        for mate in self.mates.values():
+            for moving, fixed in ((first, second), (second, first)):
+                if (models.get(moving), models.get(fixed)) == (mate.moving, mate.fixed):
+                    yield mate, moving, fixed
 
     def _fixed(self, name: str) -> bool:
         robot, dot, link = name.partition(".")

@@ -20,6 +20,7 @@ from kabo.scene.state import GeometricState
 from kabo.scene.transforms import quaternion, transform
 from kabo.simulation.bearable import movable_inertia
 from kabo.simulation.contact_shapes import calm, contact_shapes, make_contact_shapes
+from kabo.simulation.joined_parts import holding_mates
 from kabo.simulation.masses import Mass, mass_of_body, masses_of_joints
 from kabo.simulation.settings import USUAL, PhysicsSettings
 from kabo.simulation.turning_fingers import arm_of
@@ -98,8 +99,7 @@ class _Writer:
             self._robot(robot)
         for name in self.scene.bodies:
             self._body(name)
-        if self.settings.welds:
-            self._welds()
+        self._welds()
         self._exclusions()
         indent(self.top)
         text = tostring(self.top, encoding="unicode") + "\n"
@@ -213,13 +213,20 @@ class _Writer:
         return self.assets[key]
 
     def _welds(self) -> None:
-        for robot in self.scene.robots.values():
+        """What can be fixed to something: bodies to hands that lock, parts to those with which they hold together."""
+        for robot in self.scene.robots.values() if self.settings.welds else ():
             if robot.gripper is None or robot.tool is None:
                 continue
             carrier = _carrier(robot, robot.links[robot.tool.frame].joint)
             for name in self.scene.movable:
-                weld = SubElement(self.equalities, "weld", name=f"{robot.name}:{name}", body1=carrier, body2=name)
-                weld.set("active", "false")
+                self._weld(robot.name, carrier, name)
+        for fixed, moving in dict.fromkeys((fixed, moving) for _, moving, fixed in holding_mates(self.scene)):
+            self._weld(fixed, fixed, moving).attrib.update(STIFF)
+
+    def _weld(self, holder: str, carrier: str, body: str) -> Tag:
+        weld = SubElement(self.equalities, "weld", name=f"{holder}:{body}", body1=carrier, body2=body)
+        weld.set("active", "false")
+        return weld
 
     def _exclusions(self) -> None:
         """Pairs that do not touch in physics, since planning never checks them.

@@ -251,10 +251,10 @@ class Physics:
         """Whether a hand does not yet press with its whole force."""
         return robot in self._hands and self._hands[robot].builds_up(self.time)
 
-    def weld(self, robot: str, body: str) -> None:
-        """Fixes a body to a hand that locks, as it is now."""
+    def weld(self, holder: str, body: str) -> None:
+        """Fixes a body, as it is now, to the hand of a robot that locks, or to a part with which it holds together."""
         library, data = self._mujoco, self.data
-        number = self.model.equality(f"{robot}:{body}").id
+        number = self.model.equality(f"{holder}:{body}").id
         one, other = self.model.eq_obj1id[number], self.model.eq_obj2id[number]
         back, place, turn = np.empty(4), np.empty(3), np.empty(4)
         library.mju_negQuat(back, data.xquat[one])

@@ -14,6 +14,7 @@ from kabo.execution.protocols import RobotState
 from kabo.scene import Scene, motion_limits
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import inverse
+from kabo.simulation.joined_parts import joined
 from kabo.simulation.judging import DEEP
 from kabo.simulation.physics import Physics
 from kabo.simulation.settings import USUAL, PhysicsSettings
@@ -66,6 +67,7 @@ class SimulatedRobot:
         self._share = 1.0  # of the way from there to the setpoints that motors have gone
         self._steps = 0
         before = self.poses()
+        self._join(scene.movable)
         self.wait(SETTLING)
         self.doubts = (*self._doubts((start or scene.start).robots), *self._moved_by_gravity(before))
 
@@ -158,6 +160,12 @@ class SimulatedRobot:
         self._follower.loads.pop(robot, None)
         for body in bodies if self.settings.welds else ():
             self.physics.unweld(robot, body)
+        self._join(bodies)
+
+    def _join(self, bodies: tuple[str, ...]) -> None:
+        """Fixes bodies that nobody holds back to the parts that they have been joined with, if their mates hold."""
+        for fixed, moving in joined(self.scene, bodies, self.physics.pose):
+            self.physics.weld(fixed, moving)
 
     def state(self) -> RobotState:
         """What encoders and hands measure."""

@@ -68,7 +68,6 @@ def overlapping(surroundings: SceneSurroundings, situation: Situation, name: str
     Whoever grasps the object there has it in collision before it moves. Pairs that a mate joins are left out.
     """
     scene = surroundings.scene
-    mated = {frozenset((mate.moving, mate.fixed)) for mate in scene.mates.values()}
 
     def unmoved(thing: str) -> bool:
         moved = thing in situation.objects and situation.objects[thing] != (scene.start.objects[thing],)
@@ -76,7 +75,7 @@ def overlapping(surroundings: SceneSurroundings, situation: Situation, name: str
 
     for fault in start_faults(surroundings, parts=False):
         overlaps = fault.kind in ("overlap", "inside") and name in fault.things
-        if overlaps and all(map(unmoved, fault.things)) and frozenset(fault.things) not in mated:
+        if overlaps and all(map(unmoved, fault.things)) and not any(scene.mates_between(*fault.things)):
             return fault
     return None
 

@@ -21,13 +21,12 @@ from kabo.scene import Scene
 Frames = dict[str, Frame]
 
 
-def granted(plan: Plan, scene: Scene, models: Mapping[str, str | None]) -> Plan:
+def granted(plan: Plan, scene: Scene) -> Plan:
     """The plan, with a grant (the reason why it is allowed) for each contact of its segments.
 
     Args:
         plan: the plan as it will be written, still without grants.
         scene: the scene of the plan.
-        models: body -> the name of its model, to which mates refer.
 
     Raises:
         ValueError: the plan moves something that may be in several places.
@@ -39,7 +38,7 @@ def granted(plan: Plan, scene: Scene, models: Mapping[str, str | None]) -> Plan:
     nodes = dict(plan.nodes)
     for name in order:
         if any(segment.allowed_contacts for segment in nodes[name].motion):
-            nodes[name] = _Granting(name, nodes[name], scene, models, values).made()
+            nodes[name] = _Granting(name, nodes[name], scene, values).made()
     return replace(plan, nodes=nodes)
 
 
@@ -50,7 +49,6 @@ class _Granting:
     name: str
     node: Node
     scene: Scene
-    models: Mapping[str, str | None]
     values: ComponentValues
     families: dict[tuple[str, str], str | None] = field(default_factory=dict)  # (robot, object) -> as last held
 
@@ -108,17 +106,14 @@ class _Granting:
 
     def _mate(self, situation: MotionSituation, name: str, to: str) -> str | None:
         """The mate as which two bodies are put together; the first that holds, or that their models have."""
-        models, found = self.models, []
-        for mate in self.scene.mates.values():
-            for moving, fixed in ((name, to), (to, name)):
-                if (models.get(moving), models.get(fixed)) == (mate.moving, mate.fixed):
-                    frames = {
-                        "moving": standing_frame(self.scene.bodies[moving], situation.pose(moving)),
-                        "fixed": standing_frame(self.scene.bodies[fixed], situation.pose(fixed)),
-                    }
-                    robot = next(iter(situation.q))
-                    holds = self._holds(mate.constraints, frames, situation, robot)
-                    found.append((not holds, mate.name))
+        found = []
+        for mate, moving, fixed in self.scene.mates_between(name, to):
+            frames = {
+                "moving": standing_frame(self.scene.bodies[moving], situation.pose(moving)),
+                "fixed": standing_frame(self.scene.bodies[fixed], situation.pose(fixed)),
+            }
+            robot = next(iter(situation.q))
+            found.append((not self._holds(mate.constraints, frames, situation, robot), mate.name))
         return min(found)[1] if found else None
 
     def _grants(
@@ -145,7 +140,5 @@ class _Granting:
         return tuple(found)
 
     def _mated(self, pair: tuple[str, str], mate: str | None) -> Grant:
-        first, second = pair
-        if mate is not None and self.models.get(first) != self.scene.mates[mate].moving:
-            first, second = second, first
-        return Grant("mate", (first, second), mate)
+        roles = ((moving, fixed) for each, moving, fixed in self.scene.mates_between(*pair) if each.name == mate)
+        return Grant("mate", next(roles, (pair[0], pair[1])), mate)

@@ -210,7 +210,7 @@ def _assembled(run: SolveRun, variants: tuple[Variant, ...], server: GeometricPr
     plan = assemble(
         run.problem, variants, server, files_read(run.problem, server), run.options.written(), run.start
     )
-    return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
+    return granted(plan, server.scene)
 
 
 def _told_first(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> None:

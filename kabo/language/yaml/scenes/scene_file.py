@@ -36,7 +36,7 @@ SCENE_KEYS = (
     "scene", "epsilon", "packages", "robots", "robot_models", "models", "objects", "regions", "mates",
     "motion_constraints", "allowed_contacts", "uncertain",
 )  # fmt: skip
-MATE_KEYS = ("moving", "fixed", "constraints", "insertion", "tolerance")
+MATE_KEYS = ("moving", "fixed", "constraints", "insertion", "tolerance", "holds")
 _CONTACT = re.compile(r"[a-z][a-z0-9_]*(\.\S+)?")
 
 
@@ -283,7 +283,9 @@ def _read_mates(
         given = mapping.get("tolerance")
         tolerance = MATE_TOLERANCE if given is None else reader.positive(given, "the tolerance of a mate")
         insertion = bodies.stroke(mapping, "insertion", roles)
-        mates[name] = Mate(name, names[0], names[1], constraints, insertion, tolerance or MATE_TOLERANCE)
+        said = mapping.get("holds")
+        holds = said is not None and bool(reader.boolean(said, "whether a mate holds"))
+        mates[name] = Mate(name, names[0], names[1], constraints, insertion, tolerance or MATE_TOLERANCE, holds)
     return mates
 
 
