@@ -1,6 +1,5 @@
 """docs/how-to/exploration.md is true: its files are read, its commands and programs run in the order of the page."""
 
-import os
 import re
 import shlex
 import subprocess
@@ -39,9 +38,8 @@ def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     arguments = shlex.split(command, comments=True)
     if arguments[0] == "kabo":
         arguments = [sys.executable, "-m", "kabo.cli", *arguments[1:]]
-    path = os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run(
-        arguments, cwd=folder, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120,
+        arguments, cwd=folder, capture_output=True, text=True, timeout=120,
         check=False,
     )  # fmt: skip
     assert "Traceback" not in done.stderr, done.stderr

@@ -37,7 +37,7 @@ def discs(tmp_path):
 
 
 def environment(folder, **given):
-    path = os.pathsep.join([str(folder), str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
+    path = os.pathsep.join([str(folder), os.environ["PYTHONPATH"]])
     return {**os.environ, "PYTHONPATH": path, **given}
 
 

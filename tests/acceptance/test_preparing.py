@@ -48,7 +48,7 @@ def started(folder: Path, *options: str) -> "subprocess.Popen[str]":
     return subprocess.Popen(
         [sys.executable, "-m", "kabo", "check", "scene.yaml", *options],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "KABO_CACHE": str(folder / "cache")},
+        env={**os.environ, "KABO_CACHE": str(folder / "cache")},
         stderr=subprocess.PIPE,
         text=True,
     )

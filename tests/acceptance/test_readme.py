@@ -35,8 +35,7 @@ class Shell:
         (commands / "kabo").chmod(0o755)
         for name in ("domains", "examples", "meshes", "tests"):
             (folder / name).symlink_to(REPOSITORY / name)
-        path = os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
-        self.environment = {**os.environ, "PYTHONPATH": path, "PATH": f"{commands}:{os.environ['PATH']}"}
+        self.environment = {**os.environ, "PATH": f"{commands}:{os.environ['PATH']}"}
 
     def run(self, command: str) -> subprocess.CompletedProcess[str]:
         """Runs a command line to its end."""

@@ -5,7 +5,6 @@ others have, and the sections `bounding` and `decomposition` of `geometry.py` an
 """
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -67,7 +66,6 @@ def test_a_small_run_prints_rows_as_they_come_and_writes_its_tables(run, tmp_pat
     done = subprocess.run(
         [sys.executable, str(BENCHMARKS / f"{name}.py"), *arguments],
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(BENCHMARKS.parent)},
         capture_output=True,
         text=True,
         check=False,

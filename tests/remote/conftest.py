@@ -93,7 +93,6 @@ def program() -> Iterator[Callable[..., Started]]:
             stdout=subprocess.DEVNULL,
             text=True,
             cwd=REPOSITORY,
-            env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
             start_new_session=True,
         )
         started.append(Started(process))

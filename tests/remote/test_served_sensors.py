@@ -1,7 +1,6 @@
 """Sensors of a robot server: the truth stays there, and a client that asks decides as if they were its own."""
 
 import json
-import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -87,7 +86,6 @@ def test_the_example_over_zenoh_finds_the_empty_bottles_in_physics() -> None:
     pytest.importorskip("mujoco")
     found = subprocess.run(
         [sys.executable, FOLDER / "over_zenoh.py", "9", "--silence", "20"],
-        env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
         capture_output=True,
         text=True,
         timeout=900.0,

@@ -63,7 +63,6 @@ def serve() -> Iterator[Callable[..., Running]]:
             stdout=subprocess.PIPE,
             text=True,
             start_new_session=True,
-            env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
         )
         assert process.stdout is not None
         started.append(Running(process, endpoint, process.stdout.readline().strip()))

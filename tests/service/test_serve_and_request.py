@@ -1,7 +1,6 @@
 """`kabo serve` and `kabo request` as two processes: the same answers as from `kabo solve`."""
 
 import json
-import os
 import shutil
 import signal
 import subprocess
@@ -19,7 +18,6 @@ from kabo.service import Client, client_config, pack_problem
 from tests.service.conftest import REPOSITORY, free_endpoint
 
 PARCELS = REPOSITORY / "tests" / "acceptance" / "parcels"
-ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])}
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +31,7 @@ def endpoint(log: Path) -> Iterator[str]:
     """Where a `kabo serve` process listens; it ends cleanly after the tests."""
     chosen = free_endpoint()
     command = [sys.executable, "-m", "kabo.cli", "serve", "--listen", chosen, "--workers", "1", "--log", str(log)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT) as server:
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server:
         assert server.stderr is not None
         assert any("is ready" in line for line in server.stderr)
         yield chosen

@@ -80,8 +80,7 @@ def test_workers_that_die_in_every_start_are_told_instead_of_a_server(monkeypatc
     monkeypatch.setenv("STUB_COLD_DEATH", "1")
     script = str(Path(__file__).with_name("serving.py"))
     command = [sys.executable, script, free_endpoint(), "1", "4", STUB]
-    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode != 0 and "died 8 times while it started" in done.stderr and not done.stdout
 
 

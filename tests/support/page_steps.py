@@ -117,8 +117,7 @@ def _start(step: Step, folder: Path, background: ExitStack) -> None:
 
 def environment() -> dict[str, str]:
     """The variables with which a command finds this kabo from any folder, and as much room as an output needs."""
-    path = os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
-    return {**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONPATH": path, "COLUMNS": "200"}
+    return {**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "200"}
 
 
 def _change(step: Step, file: Path) -> None:

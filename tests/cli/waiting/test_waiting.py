@@ -43,7 +43,7 @@ def command(tmp_path: Path, *more: str) -> list[str]:
 
 def environment(**changes: str) -> dict[str, str]:
     kept = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "TERM")}
-    return {**kept, "PYTHONPATH": str(ROOT), "TERM": "xterm", "PYTHONIOENCODING": "utf-8", **changes}
+    return {**kept, "TERM": "xterm", "PYTHONIOENCODING": "utf-8", **changes}
 
 
 def in_terminal(arguments: list[str], folder: Path, *, stop_after: float | None = None, **changes: str) -> str:

@@ -1,6 +1,5 @@
 """`kabo serve`, `kabo request` and `kabo view --follow` as three processes, and a browser that watches."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -19,11 +18,8 @@ READY_MS = 180_000  # of a busy machine, with kernels still to compile
 
 
 def started(*arguments: str) -> subprocess.Popen[str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-m", "kabo.cli", *arguments]
-    return subprocess.Popen(
-        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment, cwd=ROOT
-    )
+    return subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT)
 
 
 def line_with(process: subprocess.Popen[str], text: str) -> str:
