@@ -9,6 +9,7 @@ curvature is 0 there), so that straight pieces and blends may follow. [de Boor, 
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.motion.kernels.splines import solved_rows
 
 GRADING = 0.7  # share by which knots are closer together at the ends than in the middle: 0 evenly, 1 as cosines
 
@@ -39,18 +40,23 @@ def natural_slopes(knots: Array) -> Array:
     places = _places(knots)
     h = np.diff(places)
     chords = np.diff(knots, axis=0) / h[:, None]
-    matrix, right = np.zeros((len(knots), len(knots))), np.zeros_like(knots)
-    matrix[0, :2], right[0] = (2.0, 1.0), 3.0 * chords[0]
-    matrix[-1, -2:], right[-1] = (1.0, 2.0), 3.0 * chords[-1]
-    _set_inner(matrix, right, h, chords)
-    return np.asarray(np.linalg.solve(matrix, right))
+    ends = (2.0, 1.0, 3.0 * chords[0]), (2.0, 1.0, 3.0 * chords[-1])
+    return _slopes(h, chords, *ends)
 
 
-def _set_inner(matrix: Array, right: Array, h: Array, chords: Array) -> None:
-    """Sets all rows but the first and the last: curvature does not jump at inner knots."""
-    i = np.arange(1, len(h))
-    matrix[i, i - 1], matrix[i, i], matrix[i, i + 1] = h[1:], 2.0 * (h[:-1] + h[1:]), h[:-1]
-    right[1:-1] = 3.0 * (h[1:, None] * chords[:-1] + h[:-1, None] * chords[1:])
+def _slopes(h: Array, chords: Array, first: tuple[float, float, Array], last: tuple[float, float, Array]) -> Array:
+    """The slopes (m, n) of a spline whose curvature does not jump at inner knots.
+
+    Args:
+        h: lengths (m - 1,) of pieces. chords: their mean slopes (m - 1, n).
+        first, last: equations of the ends: the coefficients of the end's slope and of its neighbour's, and their sum (n,).
+    """
+    diagonal = np.concatenate([[first[0]], 2.0 * (h[:-1] + h[1:]), [last[0]]])
+    lower = np.concatenate([[0.0], h[1:], [last[1]]])
+    upper = np.concatenate([[first[1]], h[:-1], [0.0]])
+    inner = 3.0 * (h[1:, None] * chords[:-1] + h[:-1, None] * chords[1:])
+    right = np.concatenate([first[2][None], inner, last[2][None]])
+    return np.asarray(solved_rows(lower, diagonal, upper, right))
 
 
 def _free_slopes(points: Array, places: Array) -> Array:
@@ -60,13 +66,11 @@ def _free_slopes(points: Array, places: Array) -> Array:
     if m == 3:  # a parabola
         bend = (chords[1] - chords[0]) / (h[0] + h[1])
         return np.stack([chords[0] - h[0] * bend, chords[0] + h[0] * bend, chords[1] + h[1] * bend])
-    matrix, right = np.zeros((m, m)), np.zeros_like(points)
-    for row, (a, b, c, d) in {0: (h[0], h[1], 0, 1), m - 1: (h[-1], h[-2], m - 2, m - 3)}.items():
-        end, inner = (0, 1) if row == 0 else (m - 1, m - 2)
-        matrix[row, [end, inner]] = b, a + b
-        right[row] = ((a + 2.0 * (a + b)) * b * chords[c] + a**2 * chords[d]) / (a + b)
-    _set_inner(matrix, right, h, chords)
-    return np.asarray(np.linalg.solve(matrix, right))
+    first, last = (
+        (b, a + b, ((a + 2.0 * (a + b)) * b * chords[c] + a**2 * chords[d]) / (a + b))
+        for a, b, c, d in ((h[0], h[1], 0, 1), (h[-1], h[-2], m - 2, m - 3))
+    )
+    return _slopes(h, chords, first, last)
 
 
 def _places(points: Array) -> Array:
