@@ -26,6 +26,7 @@ MAX_COMPONENTS = 4
 POSES_CHECKED = 8  # of each component: rows must hold there
 START_TOLERANCE = 1e-12  # [m or rad] of rows at the start of a component
 FAMILY_TOLERANCE = 1e-9  # [m or rad] of rows at other poses of a family
+DECIMALS = 13  # of axes [m] and directions, far finer than poses have to hold
 RANK_CUTOFF = 1e-6  # [m/rad, m/m] of singular values
 SAME_POSE = 1e-5  # [m, or of a direction] within which poses belong to one component
 ROWS_DECIMALS = 12  # of rows, within which two sets of rows have one family
@@ -169,7 +170,8 @@ class _Component:
         _, _, mixed = np.linalg.svd(twists[:, 3:].T)
         turning = mixed[:freedom] @ twists  # those of the twists that turn
         if freedom == 1:
-            unit = turning[0] / np.linalg.norm(turning[0, 3:])
+            most = turning[0, 3 + np.argmax(np.round(np.abs(turning[0, 3:]), DECIMALS))]
+            unit = np.sign(most) * turning[0] / np.linalg.norm(turning[0, 3:])  # not by LAPACK's sign
             axis = unit[3:]
             shift = across @ unit[:3]
             if abs(axis @ shift) > RANK_CUTOFF:  # a screw
@@ -207,11 +209,26 @@ class _Component:
 
 
 def _null(J: Array) -> Array:
-    """An orthonormal basis (k, n) of the null space of a matrix (R, n)."""
+    """An orthonormal basis (k, n) of the null space of a matrix (R, n): the same one on each processor.
+
+    LAPACK gives one of many, by its last bits. All have the same projection onto the space, of which the basis is made
+    here: the longest column first, the first of those that are equally long.
+    """
     if not len(J):
         return np.eye(J.shape[1])
     _, singular, turned = np.linalg.svd(J, full_matrices=True)
-    return np.asarray(turned[int(np.sum(singular > RANK_CUTOFF)) :])
+    some = turned[int(np.sum(singular > RANK_CUTOFF)) :]
+    left, basis = some.T @ some, np.empty_like(some)
+    for row in basis:
+        k = int(np.argmax(np.round(np.diag(left), DECIMALS)))
+        row[:] = left[k] / np.sqrt(left[k, k])
+        left = left - np.outer(row, row)
+    return _told(basis)
+
+
+def _told(numbers: Array) -> Array:
+    """What came through LAPACK without its last bits, which depend on the processor; no zero is negative."""
+    return np.asarray(np.round(numbers, DECIMALS) + 0.0)
 
 
 def _crossing(w: Array) -> Array:
@@ -245,12 +262,12 @@ def _with_aims(components: Sequence[_Component], intervals: Rows, free: Rows) ->
     return Family(
         np.ascontiguousarray([each.start for each in components]),
         first.turn,
-        np.ascontiguousarray([each.axis for each in components]),
+        np.ascontiguousarray([_told(each.axis) for each in components]),
         zeros,
         stacked(_rows(azimuths)),
         stacked(_rows(aimed)),
-        np.ascontiguousarray(gains),
-        np.ascontiguousarray(loose),
+        np.ascontiguousarray(_told(gains)),
+        np.ascontiguousarray(_told(loose)),
         stacked(_rows(checked)),
     )
 

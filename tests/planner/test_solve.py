@@ -1,5 +1,6 @@
 """The integrated planner on the domains: lazy and eager, the same bytes in every process, and why there is no plan."""
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -90,6 +91,25 @@ def test_the_same_bytes_in_every_process_and_with_any_number_of_workers() -> Non
         run = subprocess.run(program, capture_output=True, env=environment, check=True)
         made.append(run.stdout)
     assert made[0] == made[1] == plan_to_json(plan_of(solve(problem("force_sensing/n1.yaml"), seed=5)))
+
+
+@pytest.mark.parametrize("core", ["Prescott", "Haswell"])
+def test_the_same_bytes_however_the_processor_adds(core: str) -> None:
+    """OpenBLAS has other sums for each type of processor, and x86 processors can do those of older ones."""
+    names = ("assembly/gearbox.yaml", "force_sensing/n1.yaml", "inspection/three_boxes.yaml")
+    code = (
+        "import hashlib, sys\n"
+        "from kabo.language import load_problem\n"
+        "from kabo.plan import plan_to_json\n"
+        "from kabo.planner.solve import solve\n"
+        "for file in sys.argv[1:]:\n"
+        "    print(hashlib.sha256(plan_to_json(solve(load_problem(file), seed=5).plan)).hexdigest())\n"
+    )
+    program = [sys.executable, "-c", code, *(str(DOMAINS / name) for name in names)]
+    environment = {**os.environ, "OPENBLAS_CORETYPE": core}
+    run = subprocess.run(program, capture_output=True, env=environment, check=True, text=True)
+    here = [plan_to_json(plan_of(solve(problem(name), seed=5))) for name in names]
+    assert run.stdout.split() == [hashlib.sha256(each).hexdigest() for each in here]
 
 
 def test_what_no_arm_reaches_is_proven_and_named() -> None:
