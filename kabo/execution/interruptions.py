@@ -1,6 +1,6 @@
 """Where a run stands when something happened that no proof covers, and how others may tell it to go on."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
@@ -45,6 +45,33 @@ class Executed:
         own = plan.nodes[stretch.node].motion[stretch.segment].times[0]
         until = None if motion_time >= stretch.end else own + motion_time - stretch.begin
         return cls(stretch.node, stretch.segment, until)
+
+
+def begun_nodes(plan: Plan, executed: Iterable[Executed]) -> tuple[str, ...]:
+    """The nodes of which segments were followed, in the order of the plan."""
+    names = {each.node for each in executed}
+    found = sorted(names - {plan.nodes[name].next for name in names})
+    while found and (following := plan.nodes[found[-1]].next) in names:
+        found.append(str(following))
+    return tuple(found)
+
+
+def ended_nodes(plan: Plan, executed: Collection[Executed], unjudged: Collection[str] = ()) -> tuple[str, ...]:
+    """The nodes of which all segments were followed to their ends, up to the first one that is not over, or observes.
+
+    Args:
+        plan: the plan. executed: what was followed of the nodes that are not done.
+        unjudged: robots with a hand that has closed, of which nobody has seen yet whether it holds anything.
+    """
+    followed = {(each.node, each.segment) for each in executed if each.until is None}
+    found = []
+    for name in begun_nodes(plan, executed):
+        node = plan.nodes[name]
+        own = {(name, number) for number in range(len(node.motion))}
+        if node.on is not None or node.delivers or not own <= followed or {s.robot for s in node.motion} & {*unjudged}:
+            break
+        found.append(name)
+    return tuple(found)
 
 
 @dataclass(frozen=True)
