@@ -130,7 +130,7 @@ def test_what_a_hand_has_lost_where_a_node_ends_was_not_taken(one_gantry: Case) 
         ("cube", 1.35, IN_THE_HAND),  # both are lifted
         ("second", 1.35, IN_THE_HAND),
         ("second", 1.53, IN_THE_HAND),  # both nodes have ended
-        ("cube", 1.9, IN_THE_HAND),  # both are carried
+        ("cube", 1.65, IN_THE_HAND),  # both are carried
         ("second", 3.2, (0.0, 0.03, 0.0)),  # one hand is back, the other one is not
     ],
 )
