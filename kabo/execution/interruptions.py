@@ -68,7 +68,12 @@ def ended_nodes(plan: Plan, executed: Collection[Executed], unjudged: Collection
     for name in begun_nodes(plan, executed):
         node = plan.nodes[name]
         own = {(name, number) for number in range(len(node.motion))}
-        if node.on is not None or node.delivers or not own <= followed or {s.robot for s in node.motion} & {*unjudged}:
+        if (
+            node.on is not None
+            or node.delivers
+            or not own <= followed
+            or {s.robot for s in node.motion} & {*unjudged}
+        ):
             break
         found.append(name)
     return tuple(found)
@@ -155,7 +160,9 @@ def observed(
     for name in sorted(seen, key=lambda each: _joints_to_the_ground(state, each)):
         pose, holder, own = seen[name], belief.holder(name), state.objects[name]
         joined = own.parent in state.objects
-        place = world_T(scene, now, own.parent) @ transform(own.position, own.quaternion) if joined else wanted[name]
+        place = (
+            world_T(scene, now, own.parent) @ transform(own.position, own.quaternion) if joined else wanted[name]
+        )
         off = displacement(place, pose, box_corners(scene.bodies[name].mesh)).size
         found: Attachment | None = None
         if holder is not None and (off > STILL_HELD or (holder in empty and not joined)):

@@ -101,7 +101,9 @@ class _Way:
         motion = (s for s in motion_of(plan, begun[0], self.scene).stretches if s.node in begun)
         done = {(each.node, each.segment): each.until for each in self.executed}
         rest = []
-        for each in sorted(motion, key=lambda each: each.end):  # robots that moved at once move one after the other
+        for each in sorted(
+            motion, key=lambda each: each.end
+        ):  # robots that moved at once move one after the other
             key, segment = (each.node, each.segment), plan.nodes[each.node].motion[each.segment]
             if key in done and done[key] is None:
                 continue
