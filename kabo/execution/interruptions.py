@@ -139,8 +139,8 @@ def observed(
 ) -> tuple[StateChange, tuple[tuple[str, str], ...]]:
     """Where everything is, and what is not held any more, with the robot that should hold it.
 
-    Small errors are taken out: no arm of five joints reaches what is said to be tilted by a thousandth. A part that is joined
-    to a body is compared with where this body is seen: both may have been pushed, and are joined still.
+    Small errors are taken out: no arm of five joints reaches what is said to be tilted by a thousandth. A part that is
+    joined to a body is compared with where this body is seen: both may have been pushed, and are joined still.
 
     Args:
         scene: the scene.

@@ -1,7 +1,5 @@
 """Surprises where nodes end, and where several nodes have begun: what has ended counts as done, and a way leads out."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 

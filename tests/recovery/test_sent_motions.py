@@ -1,4 +1,4 @@
-"""What is sent after surprises, judged by another program: original meshes, python-fcl, where everything truly is at 1 kHz."""
+"""What is sent after surprises, judged by python-fcl on the original meshes, where everything truly is, at 1 kHz."""
 
 from pathlib import Path
 
