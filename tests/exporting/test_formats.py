@@ -24,7 +24,9 @@ PROBLEMS = sorted(path for path in DOMAINS.glob("*/*.yaml") if path.stem not in 
 TEXTS = 40 if PROPERTY_SCALE >= 1.0 else 6  # branches whose texts are read; trees follow all of them
 # Followed in whole runs: 32 leaves and more, and plans that are only longer than those of the same domain before.
 LARGEST = {f"force_sensing/n{count}" for count in range(5, 11)} | {"coloured_balls/n4_2"}
-LARGEST |= {f"stacked/n{count}" for count in range(6, 21)} | {f"circular_rearrange/n{count}" for count in (4, 5, 6)}
+LARGEST |= {f"stacked/n{count}" for count in range(6, 21)} | {
+    f"circular_rearrange/n{count}" for count in (4, 5, 6)
+}
 LARGEST |= {"assembly/two_gearboxes", "inspection/three_boxes_covered"}
 
 
