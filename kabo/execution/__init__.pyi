@@ -2,7 +2,6 @@ from kabo.execution.bound_sensors import BoundSensors as BoundSensors
 from kabo.execution.bound_sensors import Instruments as Instruments
 from kabo.execution.bound_sensors import require_answers as require_answers
 from kabo.execution.displacements import Displacement as Displacement
-from kabo.execution.executor import Run as Run
 from kabo.execution.executor import execute as execute
 from kabo.execution.following import Follower as Follower
 from kabo.execution.interruptions import Answer as Answer
@@ -26,6 +25,7 @@ from kabo.execution.protocols import Robot as Robot
 from kabo.execution.protocols import RobotFailed as RobotFailed
 from kabo.execution.protocols import RobotState as RobotState
 from kabo.execution.protocols import Sensor as Sensor
+from kabo.execution.runs import Run as Run
 from kabo.execution.sensing import KnownTruth as KnownTruth
 from kabo.execution.sequential import Decision as Decision
 from kabo.execution.sequential import decide as decide

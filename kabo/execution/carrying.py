@@ -15,7 +15,7 @@ from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
 from kabo.execution.checked import CheckedPoses, checked
 from kabo.execution.fitting import require_fit, require_graph
-from kabo.execution.interruptions import Executed, Stop
+from kabo.execution.interruptions import Executed, Stop, ended_nodes
 from kabo.execution.log import Log
 from kabo.execution.looks import MOST_LOOKS, Looks
 from kabo.execution.margin_table import least_margins
@@ -84,6 +84,7 @@ class Carrier:
         self.name = plan.root
         self.history: list[tuple[str, str | None]] = []
         self.executed: list[Executed] = []  # of the nodes that are not done
+        self.ended: tuple[str, ...] = ()  # nodes of which the motion is over, and that do not count as done yet
         self.under_way: list[Stretch] = []
         self.part: Motion | None = None  # what is followed
         self.waiting: list[HandAction] = []  # what hands are still to do meanwhile
@@ -94,7 +95,7 @@ class Carrier:
         self._take(plan, report)
         if self.scene is not None and self.robot is not None:
             self.belief = Belief.at_start(self.scene, plan.start)
-            errors = {} if self.settings.despite_margins else self._errors()
+            errors = {} if self.settings.despite_margins else self.settings.tracking_errors(self.scene.robots)
             self.watch = Watch(self.scene, self.margins, self.sightings, self.looks, errors, self.settings.delay)
 
     def _take(self, plan: Plan, report: Report | None) -> None:
@@ -110,14 +111,7 @@ class Carrier:
         # What a node delivers and another one branches on is looked at once: where the plan senses it.
         self.decided_later = {n.on: tuple(n.branches) for n in plan.nodes.values() if n.kind == "branch" and n.on}
         if moves and not self.settings.despite_margins:
-            self.margins.require(self._errors())
-
-    def _errors(self) -> dict[str, float]:
-        """The stated tracking error of each robot [m]."""
-        stated, robots = self.settings.tracking_error, () if self.scene is None else self.scene.robots
-        if isinstance(stated, float | int):
-            return dict.fromkeys(robots, float(stated)) if stated else {}
-        return {name: float(stated.get(name, 0.0)) for name in robots}
+            self.margins.require(self.settings.tracking_errors(() if self.scene is None else self.scene.robots))
 
     @property
     def time(self) -> float:
@@ -200,13 +194,14 @@ class Carrier:
         self._look_at_bodies(self.name)
         for part in parts_of(motion):
             self._follow(part)
-        self.executed, self.released = [], []
+        self.ended, self.executed, self.released = ended_nodes(self.plan, self.executed), [], []
         for name in motion.nodes:
             change = self.plan.nodes[name].after
             if change is not None:
                 self.belief.take(change)
         self._settle()
         self._look_at_bodies(motion.nodes[-1])
+        self.ended = ()
         return motion.nodes
 
     def _follow(self, part: Motion) -> None:
@@ -395,6 +390,8 @@ class Carrier:
             if stretch.begin < time:
                 self.belief.move(stretch.robot, stretch.trajectory.joints, stretch.trajectory.at(time))
                 self.executed.append(Executed.of(stretch, self.plan, time))
+        if self.part is not None:
+            self.ended = ended_nodes(self.plan, self.executed, [robot for robot, _ in self.gripped])
         self.under_way, self.waiting, self.part, self.stopping = [], [], None, False
         for body in self.released:  # a hand that opens holds no more, though the plan says so until it is open
             self.belief.let_go(body)

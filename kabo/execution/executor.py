@@ -6,7 +6,6 @@ States of a run, each logged when it is entered: `node`, `moving`, `gripping`, `
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
 from functools import partial
 from math import ceil
 from typing import NamedTuple
@@ -19,14 +18,18 @@ from kabo.execution.carrying import SETTLED_AFTER, Carrier, Stopped
 from kabo.execution.interruptions import (
     SAME_PLACE,
     Answer,
+    Executed,
     Interruption,
     Recovery,
     Stop,
+    begun_nodes,
+    ended_nodes,
     hand_within_limits,
     observed,
 )
 from kabo.execution.log import Log
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
+from kabo.execution.runs import Run
 from kabo.execution.settings import USUAL, ExecutionSettings
 from kabo.execution.watching import Surprise
 from kabo.given import require_given
@@ -37,30 +40,6 @@ from kabo.verify import Report
 AT_REST, MOST_RESTS = 2e-4, 30  # [m, or of a turn] within which a body stays between two looks; how many looks
 RESTING_PICTURES = 4.0  # of a slow camera, for which is waited as well: two that are alike, and one that was lost
 MOST_ALIKE = 3  # surprises by one thing at one node, until the run ends
-
-
-@dataclass(frozen=True)
-class Run:
-    """How a run ended.
-
-    Attributes:
-        reached_goal: whether a goal node was reached.
-        reason: why it stopped, in a sentence; what was reached, otherwise.
-        node: the node at which it ended.
-        history: the nodes that were done, in order, each with the outcome that was observed, if any; after a surprise,
-            nodes of the plan that it went on with.
-        state: what was done since the problem began, and where everything is by what was observed last.
-        surprise: what no proof covers, if that was the reason.
-        log: all that happened.
-    """
-
-    reached_goal: bool
-    reason: str
-    node: str
-    history: tuple[tuple[str, str | None], ...]
-    state: State
-    surprise: Surprise | None = None
-    log: Log = field(default_factory=Log, repr=False, compare=False)
 
 
 def execute(
@@ -219,6 +198,7 @@ class _Executor(Carrier):
             raise Stopped(surprise.sentence, surprise)
 
     def _ended(self, reached_goal: bool, reason: str, surprise: Surprise | None) -> Run:
+        self._count_ended()
         history = (*self.followed, *self.history)
         return Run(reached_goal, reason, self.name, history, self._state()[0], surprise, self.log)
 
@@ -235,6 +215,15 @@ class _Executor(Carrier):
         empty = self.watch.empty_hands(measured, belief)
         change, lost = observed(self.scene, self.plan, belief, self._seen(), empty, exact=exact)
         return state_after(self.plan, self.history, robots=change.robots, objects=change.objects), lost
+
+    def _count_ended(self) -> None:
+        """Nodes of which the motion is over are done, wherever a body is seen; not if a hand has lost what it held."""
+        ended, self.ended = self.ended, ()
+        if not ended or self._state()[1]:
+            return
+        self.executed = [each for each in self.executed if each.node not in ended]
+        for name in ended:
+            self.name = self._left(name)
 
     def _recover(self, stop: Stop) -> None:
         """Goes on after a surprise, if there is a plan from where all is now.
@@ -287,6 +276,7 @@ class _Executor(Carrier):
             raise Stopped(stop.reason if known else f"{stop.reason}; {surprise.sentence}", surprise)
         *before, last = [each[:2] for each in self.recovered]
         again = last in before
+        self._count_ended()
         state, lost = self._state(exact=again)  # what was taken out may be what surprised
         if lost:
             self._let_go_of(lost)
@@ -362,18 +352,24 @@ class _Executor(Carrier):
             the surprise that has ended the way before; then the node is given up where the robots stand.
         """
         plan, name, history, margins = self.plan, self.name, self.history, self.margins
+        begun, ended = begun_nodes(plan, self.executed), None
         try:
             self._follow_way(way)
         except Stopped as stopped:
             if stopped.stop.surprise is None:
                 raise
-            return stopped.stop
+            ended = stopped.stop
         finally:  # what was done is told by the plan, whatever becomes of the way
-            self.plan, self.name, self.history, self.executed = plan, name, history, []
+            over = bool(self.ended)
+            self.plan, self.name, self.history, self.executed, self.ended = plan, name, history, [], ()
             self.margins = self.watch.margins = margins
-        if way.kind == "finish":
-            self.name = self._left(name)
-        return None
+        if way.kind == "finish" and ended is None:
+            for each in begun:
+                self.name = self._left(each)
+        elif way.kind == "finish" and over:  # what has surprised was seen at its end
+            whole = [Executed(each, k) for each in begun for k in range(len(plan.nodes[each].motion))]
+            self.ended = ended_nodes(plan, whole)
+        return ended
 
     def _follow_way(self, way: Answer, *, again: bool = True) -> None:
         """Follows a way to its end; a surprise on it is answered once, if the way can be ended."""

@@ -1,6 +1,6 @@
 """Where a run stands when something happened that no proof covers, and how others may tell it to go on."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
@@ -45,6 +45,38 @@ class Executed:
         own = plan.nodes[stretch.node].motion[stretch.segment].times[0]
         until = None if motion_time >= stretch.end else own + motion_time - stretch.begin
         return cls(stretch.node, stretch.segment, until)
+
+
+def begun_nodes(plan: Plan, executed: Iterable[Executed]) -> tuple[str, ...]:
+    """The nodes of which segments were followed, in the order of the plan."""
+    names = {each.node for each in executed}
+    found = sorted(names - {plan.nodes[name].next for name in names})
+    while found and (following := plan.nodes[found[-1]].next) in names:
+        found.append(str(following))
+    return tuple(found)
+
+
+def ended_nodes(plan: Plan, executed: Collection[Executed], unjudged: Collection[str] = ()) -> tuple[str, ...]:
+    """The nodes of which all segments were followed to their ends, up to the first one that is not over, or observes.
+
+    Args:
+        plan: the plan. executed: what was followed of the nodes that are not done.
+        unjudged: robots with a hand that has closed, of which nobody has seen yet whether it holds anything.
+    """
+    followed = {(each.node, each.segment) for each in executed if each.until is None}
+    found = []
+    for name in begun_nodes(plan, executed):
+        node = plan.nodes[name]
+        own = {(name, number) for number in range(len(node.motion))}
+        if (
+            node.on is not None
+            or node.delivers
+            or not own <= followed
+            or {s.robot for s in node.motion} & {*unjudged}
+        ):
+            break
+        found.append(name)
+    return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -107,7 +139,8 @@ def observed(
 ) -> tuple[StateChange, tuple[tuple[str, str], ...]]:
     """Where everything is, and what is not held any more, with the robot that should hold it.
 
-    Small errors are taken out: no arm of five joints reaches what is said to be tilted by a thousandth.
+    Small errors are taken out: no arm of five joints reaches what is said to be tilted by a thousandth. A part that is
+    joined to a body is compared with where this body is seen: both may have been pushed, and are joined still.
 
     Args:
         scene: the scene.
@@ -123,22 +156,29 @@ def observed(
         robots[name] |= hand_within_limits(scene.robots[name], values)
     objects = {name: ObjectPose(own.parent, own.position, own.quaternion) for name, own in state.objects.items()}
     lost: list[tuple[str, str]] = []
-    for name, pose in seen.items():
-        holder, own = belief.holder(name), state.objects[name]
-        off = displacement(wanted[name], pose, box_corners(scene.bodies[name].mesh)).size
-        if holder is not None and (off > STILL_HELD or holder in empty):
+    now = state  # with what was looked at where it is
+    for name in sorted(seen, key=lambda each: _joints_to_the_ground(state, each)):
+        pose, holder, own = seen[name], belief.holder(name), state.objects[name]
+        joined = own.parent in state.objects
+        place = (
+            world_T(scene, now, own.parent) @ transform(own.position, own.quaternion) if joined else wanted[name]
+        )
+        off = displacement(place, pose, box_corners(scene.bodies[name].mesh)).size
+        found: Attachment | None = None
+        if holder is not None and (off > STILL_HELD or (holder in empty and not joined)):
             lost.append((name, holder))
-            objects[name] = _placed(scene, state, "world", _standing(pose, _stands(scene, plan, name)))
+            found = _placed(scene, now, "world", _standing(pose, _stands(scene, plan, name)))
         elif exact and off > SAME_PLACE:
-            objects[name] = _placed(scene, state, own.parent, pose)
+            found = _placed(scene, now, own.parent, pose)
         elif holder is not None and off > WELL_HELD:
-            objects[name] = _placed(scene, state, own.parent, _unturned(wanted[name], pose))
+            found = _placed(scene, now, own.parent, _unturned(place, pose))
         elif holder is None and own.parent == "world":
-            objects[name] = _placed(
-                scene, state, "world", _standing(pose, [wanted[name], *_stands(scene, plan, name)])
-            )
+            found = _placed(scene, now, "world", _standing(pose, [place, *_stands(scene, plan, name)]))
         elif holder is None and off > SAME_PLACE:
-            objects[name] = _placed(scene, state, own.parent, _standing(pose, [wanted[name]]))
+            found = _placed(scene, now, own.parent, _standing(pose, [place]))
+        if found is not None:
+            objects[name] = ObjectPose(found.parent, found.position, found.quaternion)
+            now = now.replace({name: found})
     return StateChange(robots, objects), tuple(lost)
 
 
@@ -150,9 +190,16 @@ def hand_within_limits(robot: Robot, hand: Sequence[float]) -> dict[str, float]:
     return dict(zip(robot.gripper_joints, map(float, np.clip(hand, low, high)), strict=True))
 
 
-def _placed(scene: Scene, state: GeometricState, parent: str, pose: Array) -> ObjectPose:
-    found = attachment(parent, np.linalg.inv(world_T(scene, state, parent)) @ pose)
-    return ObjectPose(found.parent, found.position, found.quaternion)
+def _placed(scene: Scene, state: GeometricState, parent: str, pose: Array) -> Attachment:
+    return attachment(parent, np.linalg.inv(world_T(scene, state, parent)) @ pose)
+
+
+def _joints_to_the_ground(state: GeometricState, name: str) -> int:
+    """How many bodies carry a body to which it is joined."""
+    parent, count = state.objects[name].parent, 0
+    while parent in state.objects:
+        parent, count = state.objects[parent].parent, count + 1
+    return count
 
 
 def _stands(scene: Scene, plan: Plan, name: str) -> list[Array]:

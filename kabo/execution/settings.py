@@ -1,6 +1,6 @@
 """How a plan is carried out: how often robots are looked at, and how far off and how late they may be."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 
@@ -24,6 +24,13 @@ class ExecutionSettings:
     log_rate: float = 0.0
     most_recoveries: int = 20
     delay: float = 0.0
+
+    def tracking_errors(self, robots: Iterable[str]) -> dict[str, float]:
+        """The stated tracking error of each robot [m]."""
+        stated = self.tracking_error
+        if isinstance(stated, float | int):
+            return dict.fromkeys(robots, float(stated)) if stated else {}
+        return {name: float(stated.get(name, 0.0)) for name in robots}
 
 
 USUAL = ExecutionSettings()

@@ -4,6 +4,7 @@ A motion that was proven is as free when the rest of it begins at rest, or when 
 moved. Whether something has, the verifier finds out: it judges the way in the scene as it is observed. Going back, a hand
 puts down what it has taken. A hand with something between its fingers, lost or half taken, opens where it is first: until
 it is open it is said to hold what stands there, as only what a hand holds may touch its fingers; the arm rests meanwhile.
+Robots that have moved at once go on, or back, one after the other.
 """
 
 import hashlib
@@ -15,9 +16,9 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.execution import Executed, Interruption
 from kabo.execution.belief import Belief
-from kabo.execution.interruptions import WELL_HELD
+from kabo.execution.interruptions import WELL_HELD, begun_nodes
 from kabo.execution.loads import load_of
-from kabo.execution.motions import SAME_TIME
+from kabo.execution.motions import motion_of
 from kabo.geometry_server import GeometryServer, whole_state
 from kabo.geometry_server.foresight.starts import start_faults
 from kabo.language import recorded_files
@@ -39,7 +40,7 @@ class NoWayError(Exception):
 
 
 def way_on(interruption: Interruption, scene: Scene, *, clearance: float = 0.0) -> Plan:
-    """The plan of one node that makes the rest of the motion of the interrupted node.
+    """The plan of one node that makes the rest of the motion of the interrupted node, or of all that have begun.
 
     Args:
         interruption: where the run stands, with what was executed of its node.
@@ -47,7 +48,7 @@ def way_on(interruption: Interruption, scene: Scene, *, clearance: float = 0.0) 
         clearance: what bodies keep from each other [m].
 
     Raises:
-        NoWayError: several robots or nodes moved at once, or a hand has lost what it should hold.
+        NoWayError: a hand has lost what it should hold, or something would not be where the plan puts it.
     """
     return _Way(interruption, scene, clearance).on()
 
@@ -62,7 +63,7 @@ def way_back(
         between: bodies that stand between the fingers of a robot's hand, which opens first.
 
     Raises:
-        NoWayError: several robots or nodes moved at once, or a hand that is to open is open, or holds something else.
+        NoWayError: a hand that is to open is open, or holds something else.
     """
     return _Way(interruption, scene, clearance, between).back()
 
@@ -90,29 +91,31 @@ class _Way:
         self.scene = _with_held(beginning_at(scene, interruption.state.geometry), between)
         self.belief = Belief(self.scene, self.scene.start)
         self.time = 0.0  # [s]
-        self._require_one_by_one()
 
     def on(self) -> Plan:
         """The rest of the node's motion."""
         if self.interruption.lost:
             raise NoWayError(f"{self.interruption.lost[0][1]} has lost {self.interruption.lost[0][0]}")
-        last = self.executed[-1]
-        motion = sorted(
-            enumerate(self.interruption.plan.nodes[last.node].motion), key=lambda each: each[1].times[-1]
-        )
-        done = {each.segment: each.until for each in self.executed}
+        plan = self.interruption.plan
+        begun = begun_nodes(plan, self.executed)
+        motion = (s for s in motion_of(plan, begun[0], self.scene).stretches if s.node in begun)
+        done = {(each.node, each.segment): each.until for each in self.executed}
         rest = []
-        for number, segment in motion:
-            if number in done and done[number] is None:
+        for each in sorted(
+            motion, key=lambda each: each.end
+        ):  # robots that moved at once move one after the other
+            key, segment = (each.node, each.segment), plan.nodes[each.node].motion[each.segment]
+            if key in done and done[key] is None:
                 continue
-            after = done.get(number)
+            after = done.get(key)
             rows = [
                 row
                 for row, time in zip(segment.waypoints, segment.times, strict=True)
                 if after is None or time > after
             ]
             rest.append(self._segment(segment, rows, segment.attach, segment.detach))
-        self._require_placed(last.node)
+        for name in begun:
+            self._require_placed(name)
         return self._plan("finish", rest)
 
     def _require_placed(self, node: str) -> None:
@@ -183,17 +186,6 @@ class _Way:
 
     def _planned(self, each: Executed) -> Segment:
         return self.interruption.plan.nodes[each.node].motion[each.segment]
-
-    def _require_one_by_one(self) -> None:
-        if len({each.node for each in self.executed}) > 1:
-            raise NoWayError("several nodes had begun at once")
-        spans = sorted(
-            (segment.times[0], segment.times[-1], segment.robot)
-            for segment in self.interruption.plan.nodes[self.executed[0].node].motion
-        )
-        for (_, end, robot), (begin, _, other) in zip(spans, spans[1:], strict=False):
-            if begin < end - SAME_TIME and robot != other:
-                raise NoWayError("two robots moved at once")
 
     def _holds(self, robot: str) -> set[str]:
         return {name for name in self.scene.movable if self.belief.holder(name) == robot}
