@@ -187,7 +187,7 @@ def _link(scene: Scene, name: str) -> Link:
 
 def _unknown(name: str | None, scene: Scene, others: Sequence[str] = ()) -> Iterator[str]:
     known = [*others, *scene.bodies, *_links(scene)]
-    if name in scene.robots and name not in others:
+    if name is not None and name in scene.robots:
         yield f"{name!r} is a robot: name one of its links, as `{name}.{next(iter(scene.robots[name].links))}`"
     elif name in scene.regions:
         yield f"{name!r} is a region: name a body or `robot.link`"
