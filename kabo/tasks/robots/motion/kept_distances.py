@@ -39,7 +39,7 @@ def kept_between(surroundings: SceneSurroundings, situation: Situation | None, p
 
 
 def told_distance(pair: Pair, apart: float, wanted: float) -> str:
-    """`o1 and o2 are 1.2 mm apart, but 3 mm are to be kept`; of what is there, as far as it is told, that it is not proven."""
+    """`o1 and o2 are 1.2 mm apart, but 3 mm are to be kept`, or that so much is there and not proven."""
     there, kept = millimetres(apart), millimetres(wanted)
     missing = apart < wanted and there != kept
     why = (
