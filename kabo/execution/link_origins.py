@@ -1,13 +1,12 @@
 """The origins of a robot's links, by which it is judged how far a robot is off and how fast it moves."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kabo.arrays import Array, Integers
-from kabo.execution.kernels.origins import origins_of
+from kabo.execution.kernels.origins import farthest_origins, origins_of
 from kabo.scene import KinematicTree, Robot
 
 
@@ -18,6 +17,7 @@ class LinkOrigins:
     tree: KinematicTree
     joints: Integers
     offsets: Array
+    planned: int  # joints of a configuration, which come first
 
     @classmethod
     def of(cls, robot: Robot) -> "LinkOrigins":
@@ -26,7 +26,8 @@ class LinkOrigins:
         if found is None:
             links = robot.links.values()
             joints = np.array([link.joint for link in links], np.int64)
-            found = cls(robot.tree, joints, np.array([link.joint_T_link[:3, 3] for link in links]).reshape(-1, 3))
+            offsets = np.array([link.joint_T_link[:3, 3] for link in links]).reshape(-1, 3)
+            found = cls(robot.tree, joints, offsets, robot.planned)
             robot.memory[cls] = found
         return found
 
@@ -35,8 +36,11 @@ class LinkOrigins:
         found: Array = origins_of(np.asarray(configurations, np.float64), self.tree, self.joints, self.offsets)
         return found
 
-    def farthest(self, first: Sequence[float], second: Sequence[float]) -> float:
-        """How far any origin is from where it is at another configuration [m]."""
-        found = self.at([first, second])
-        off = found[0] - found[1]
-        return float(np.sqrt(np.einsum("ij,ij->i", off, off).max(initial=0.0)))
+    def farthest(self, configurations: ArrayLike, actual: ArrayLike) -> Array:
+        """How far any origin is at configurations (N, n) from where it is at `actual` (n,): (N,) [m].
+
+        Joints that are not planned are as they actually are: hands close as far as they find room.
+        """
+        rows, here = np.asarray(configurations, np.float64), np.asarray(actual, np.float64)
+        found: Array = farthest_origins(rows, here, self.planned, self.tree, self.joints, self.offsets)
+        return found

@@ -122,11 +122,7 @@ class _Path:
     def _one(self, name: str, times: Array) -> _One:
         robot, actual = self.scene.robots[name], self.state.positions[name]
         rows = self.motion.rows(robot, self.resting[name], times[::-1])
-        both = np.vstack([rows, actual])
-        both[:, robot.planned :] = actual[robot.planned :]  # hands close as far as they find room
-        origins = LinkOrigins.of(robot).at(both)
-        off = origins[:-1] - origins[-1]
-        off = np.sqrt(np.einsum("kij,kij->ki", off, off).max(axis=1, initial=0.0))
+        off = LinkOrigins.of(robot).farthest(rows, actual)
         return _One(off[::-1], self._room(self.proven[name], times), rows[::-1])
 
     @staticmethod

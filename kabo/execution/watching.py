@@ -171,10 +171,7 @@ class Watch:
 
     def _off_path(self, name: str, actual: Sequence[float], planned: Sequence[float]) -> float:
         """How far any link's origin of the arm is from where it should be [m]; hands close as far as they find room."""
-        robot = self.scene.robots[name]
-        true, wanted = list(actual), list(planned)
-        true[robot.planned :] = wanted[robot.planned :]
-        return LinkOrigins.of(robot).farthest(true, wanted)
+        return float(LinkOrigins.of(self.scene.robots[name]).farthest([planned], actual)[0])
 
     def standing(self, state: RobotState, belief: Belief) -> dict[str, float]:
         """How far each robot is from where it should stand [m]."""

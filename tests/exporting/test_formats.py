@@ -22,10 +22,12 @@ LINEAR = [to for to, form in FORMATS.items() if "branch" in form.takes]
 MUTATIONS = 1000
 PROBLEMS = sorted(path for path in DOMAINS.glob("*/*.yaml") if path.stem not in ("domain", "scene"))
 TEXTS = 40 if PROPERTY_SCALE >= 1.0 else 6  # branches whose texts are read; trees follow all of them
-LARGEST = {f"force_sensing/n{count}" for count in range(7, 11)}  # 128 leaves and more: followed in whole runs,
-LARGEST |= {
-    f"stacked/n{count}" for count in range(8, 20)
-}  # as plans of one leaf that are only longer than the one before
+# Followed in whole runs: 32 leaves and more, and plans that are only longer than those of the same domain before.
+LARGEST = {f"force_sensing/n{count}" for count in range(5, 11)} | {"coloured_balls/n4_2"}
+LARGEST |= {f"stacked/n{count}" for count in range(6, 21)} | {
+    f"circular_rearrange/n{count}" for count in (4, 5, 6)
+}
+LARGEST |= {"assembly/two_gearboxes", "inspection/three_boxes_covered"}
 
 
 def chosen(to: str, plan: Plan) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from kabo.plan import load_plan
 from scripts import picture_run, picture_simulations
 from scripts.gallery import readme_of, renewed
 from scripts.pictures import MOVING, NAMES, PROGRAMS, ROOT, SHOWN, SYMBOLIC, TABLE, drawn, plan_of
+from tests.conftest import PROPERTY_SCALE
 
 PICTURES = [
     path
@@ -88,7 +89,7 @@ def test_a_plan_with_motion_is_what_the_commands_write(folder, plans):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("module", [picture_run, picture_simulations])
+@pytest.mark.parametrize("module", [picture_run, *([picture_simulations] if PROPERTY_SCALE >= 1.0 else [])])
 def test_pictures_of_physics_are_like_those_drawn_now(module, monkeypatch):
     pytest.importorskip("pyvista")
     pytest.importorskip("mujoco")
