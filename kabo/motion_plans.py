@@ -6,12 +6,14 @@ rounded corners; `verify` judges the plan like any other.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.displays import counted
 from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
 from kabo.given import require_given
 from kabo.motion import Trajectory
@@ -182,6 +184,7 @@ def find_motion(
     from kabo.tasks.robots import TaskScene
 
     require_given("scene", scene, Scene, str, Path)
+    require_given("robot", robot, str)
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if robot not in scene.robots:
         raise _fault("robot", f"the scene has no robot {robot!r}", _suggested(robot, scene.robots))
@@ -241,21 +244,27 @@ def _values(robot: "Robot", where: Where, now: "Configuration", name: str) -> Ar
             raise _fault(name, what, _suggested(where, known))
         return np.array(known[where], np.float64)
     values = np.array(now[: robot.planned])
-    if isinstance(where, Mapping):
-        for joint, value in where.items():
-            if joint not in robot.planned_joints:
-                what = f"the {name} names {joint!r}, which is no planned joint of {robot.name}"
-                raise _fault(name, what, _suggested(joint, robot.planned_joints))
-            values[robot.planned_joints.index(joint)] = value
-    else:
-        given = np.array(where, np.float64)
-        if given.shape != values.shape:
-            what = f"the {name} has {given.size} values, and {robot.name} plans {robot.planned} joints"
-            raise _fault(name, what, f"give one each for {', '.join(robot.planned_joints)}")
-        values = given
+    for joint, value in (where if isinstance(where, Mapping) else _in_order(robot, where, name)).items():
+        if joint not in robot.planned_joints:
+            what = f"the {name} names {joint!r}, which is no planned joint of {robot.name}"
+            raise _fault(name, what, _suggested(str(joint), robot.planned_joints))
+        if not isinstance(value, Real):
+            raise _fault(
+                name, f"the {name} has {value!r} for {joint}, which is no number", "give radians or metres"
+            )
+        values[robot.planned_joints.index(joint)] = value
     if not np.isfinite(values).all():
         raise _fault(name, f"the {name} has a value that is not finite", "give numbers")
     return values
+
+
+def _in_order(robot: "Robot", where: Sequence[float], name: str) -> Mapping[str, float]:
+    """The values of an end, which are given in the order of the planned joints, by the names of these."""
+    given = list(np.array(where, dtype=object, ndmin=1))
+    if len(given) != robot.planned:
+        what = f"the {name} has {counted(len(given), 'value')}, and {robot.name} plans {robot.planned} joints"
+        raise _fault(name, what, f"give one each for {', '.join(robot.planned_joints)}")
+    return dict(zip(robot.planned_joints, given, strict=True))
 
 
 def _holding(scene: "Scene", robot: "Robot", name: str) -> "Scene":
@@ -382,7 +391,8 @@ def _timed(
 
 
 def _suggested(name: str, known: Mapping[str, object] | Sequence[str]) -> str:
-    return did_you_mean(name, known) or f"there is {', '.join(known) or 'none'}"
+    there = "there are" if len(known) > 1 else "there is"
+    return did_you_mean(name, known) or f"{there} {', '.join(known) or 'none'}"
 
 
 def _fault(argument: str, what: str, remedy: str) -> InputError:

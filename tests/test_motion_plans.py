@@ -295,7 +295,12 @@ def test_a_robot_that_nothing_could_meet_is_verified(tmp_path: Path):
         ("robot", {"robot": "harm"}, "the scene has no robot 'harm'"),
         ("start", {"start": "nowhere"}, "arm has no configuration 'nowhere'"),
         ("goal", {"goal": {"panda_joint1": 9.0}}, "the goal has panda_joint1 at 9"),
-        ("goal", {"goal": [0.0]}, "the goal has 1 values"),
+        ("goal", {"goal": [0.0]}, "the goal has 1 value, and arm plans 7 joints"),
+        ("goal", {"goal": None}, "the goal has 1 value, and arm plans 7 joints"),
+        ("goal", {"goal": [[0.0] * 7]}, "the goal has 1 value, and arm plans 7 joints"),
+        ("goal", {"goal": ["a", 0, 0, 0, 0, 0, 0]}, "the goal has 'a' for panda_joint1, which is no number"),
+        ("start", {"start": {"panda_joint1": "5deg"}}, "the start has '5deg' for panda_joint1"),
+        ("start", {"start": {0: 0.5}}, "the start names 0, which is no planned joint"),
         ("holding", {"holding": "cap"}, "no movable body 'cap'"),
         ("keep", {"keep": "lying"}, "no motion constraint 'lying'"),
     ],
@@ -304,3 +309,8 @@ def test_a_wrong_argument_is_told_by_its_name(hand: Scene, argument: str, wrong:
     with pytest.raises(InputError, match=words) as told:
         kabo.plan_motion(hand, **{"robot": "arm", "start": "home", "goal": "there"} | wrong)
     assert told.value.diagnostics[0].file == argument
+
+
+def test_a_robot_is_given_by_its_name(hand: Scene):
+    with pytest.raises(TypeError, match="robot must be a str, and is of type Robot"):
+        kabo.plan_motion(hand, hand.robots["arm"], "home", "there")  # type: ignore[arg-type]

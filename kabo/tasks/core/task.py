@@ -205,7 +205,7 @@ class Task(Serial):
     def explain(self) -> Explanation:
         """The explanation why there is no solution (yet): the first stage that failed, and its reasons."""
         kept = {stage: self.found(stage)[1] for stage in self.walk()}
-        return explain(self, {stage: self.figures(stage) for stage in self.walk()}, kept)
+        return explain(self, self.directions, {stage: self.figures(stage) for stage in self.walk()}, kept)
 
     def tree(self) -> str:
         """The tree of the task's stages as text: the arrows of each flow, names, classes and properties."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kabo.language import find_task, included_task_names, included_task_path
+from kabo.language import TASK_LIBRARY, find_task, included_task_names, included_task_path, library_names
 from kabo.language.findings import Findings
 from kabo.language.task_description import Input, StageDescription, TaskDescription, Word
 from kabo.tasks.core import Flow, Property
@@ -40,7 +40,9 @@ def included_task(
     if path.resolve() in chain:
         circle = [*chain[chain.index(path.resolve()) :], path.resolve()]
         told = " → ".join(each.stem for each in circle)
-        findings.add(stage.type_place, f'the task "{stage.type}" would contain itself: {told}')
+        hidden = stage.type in library_names() and path.parent.resolve() != TASK_LIBRARY.resolve()
+        hint = f'it hides the task "{stage.type}" of the library: give this file another name' if hidden else None
+        findings.add(stage.type_place, f'the task "{stage.type}" would contain itself: {told}', hint)
         return None
     description = find_task(path, str(path), findings)
     return None if description is None else IncludedTask(description, (*chain, path.resolve()))

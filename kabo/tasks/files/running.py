@@ -191,7 +191,7 @@ def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDesc
     findings.know(file.description.source)
     for each in file.inputs:
         known, value = things.get(each.kind or ""), arguments.get(each.name)
-        if known is not None and value is not None and value not in known:
+        if known is not None and value is not None and not (isinstance(value, str) and value in known):
             hint = did_you_mean(str(value), known) or f"there are {', '.join(known) or 'none'}"
             findings.add(each.place, f'"{each.name}" is {value}, which is no {each.kind} of the scene', hint)
     if findings.errors:

@@ -160,6 +160,19 @@ def test_files_that_include_each_other_are_refused(tmp_path: Path) -> None:
         load_task_file(tmp_path / "first.yaml")
 
 
+def test_a_file_that_is_called_as_the_task_of_the_library_which_it_means_is_told_to_take_another_name(
+    tmp_path: Path,
+) -> None:
+    own = write(
+        tmp_path,
+        "name: pick\nproperties: {robot: robot, object: body}\nstages: [{name: a, stage: pick}]\n",
+        "pick.yaml",
+    )
+    with pytest.raises(InputError, match="would contain itself: pick → pick") as told:
+        load_task_file(own)
+    assert told.value.diagnostics[0].hint == 'it hides the task "pick" of the library: give this file another name'
+
+
 def test_faults_inside_an_included_file_are_told_at_their_place(tmp_path: Path) -> None:
     write(tmp_path, OWN.replace("goal: open", "gaol: open"), "own.yaml")
     told = errors(tmp_path, "name: t\nproperties: {robot: robot}\nstages: [{name: a, stage: own}]\n")

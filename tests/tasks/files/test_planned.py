@@ -37,6 +37,9 @@ def test_a_task_of_robots_without_a_scene_is_refused_with_the_remedy():
 def test_things_that_the_scene_does_not_have_are_refused_by_name():
     with pytest.raises(InputError, match="amr, which is no robot of the scene"):
         kabo.plan_task(EXAMPLE / "task.yaml", kabo.load_scene(EXAMPLE / "scene.yaml"), {"robot": "amr"})
+    for many in (["object"], {"object": 1}):
+        with pytest.raises(InputError, match="which is no body of the scene"):
+            kabo.plan_task("pick", EXAMPLE / "scene.yaml", {"robot": "arm", "object": many})
 
 
 def test_a_task_built_in_python_is_planned_as_one_of_a_file():

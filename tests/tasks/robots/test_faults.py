@@ -15,7 +15,7 @@ from kabo.geometry_server import Refusal, ScenePredicates, Situation
 from kabo.language import load_scene_description
 from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
-from kabo.tasks.core import Fallbacks, InitialisationError, Parent, Result, Task
+from kabo.tasks.core import Fallbacks, InitialisationError, Interface, Parent, Result, Task
 from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import STAGES, TaskScene, check_meaning
@@ -86,6 +86,9 @@ def start() -> TaskScene:
         (lambda: make("ForbidContact", pairs=[["arm.linc", "table"]]), "arm has no link 'linc'"),
         (lambda: make("PredicateFilter", make("NoOp")), "nothing is asked"),
         (lambda: make("Pad", things=["botle"], distance=0.1), "nothing is called 'botle'"),
+        (lambda: make("Pad", things=["arm"], distance=0.1), "'arm' is a robot: name one of its links"),
+        (lambda: make("Pad", things=["arm.tool0"], distance=0.1), "arm.tool0 has no geometry"),
+        (lambda: make("Unpad", things=["object"]), "nothing before it pads 'object'"),
         (
             lambda: make("AddGeometry", body="b", shape={"sphere": {"radius": 1}}, parent="tabel"),
             "nothing is called 'tabel'",
@@ -94,6 +97,14 @@ def start() -> TaskScene:
         (
             lambda: make("AddGeometry", body="object", shape={"sphere": {"radius": 1}}),
             "the scene has 'object' already",
+        ),
+        (
+            lambda: make("AddGeometry", body="world", shape={"sphere": {"radius": 1}}),
+            "the scene has 'world' already",
+        ),
+        (
+            lambda: make("AddGeometry", body="arm.tool0", shape={"sphere": {"radius": 1}}),
+            "the scene has 'arm.tool0' already",
         ),
         (lambda: make("MoveTo", robot="arm", goal="hme"), "no configuration 'hme', did you mean \"home\"?"),
         (
@@ -114,6 +125,24 @@ def test_what_means_nothing_is_told_with_its_stage_before_planning(stage: Callab
         check_meaning(task, scene, Situation.of(scene.start))
     assert told in str(refused.value)
     assert f"'{task.children[-1].path}': " in str(refused.value)
+
+
+def test_padding_that_is_taken_off_may_have_been_put_on_by_any_stage_before() -> None:
+    pads = make("Pad", things=["object"], distance=0.01)
+    known = Task(
+        "t", make("CurrentState"), Fallbacks("either", pads, make("NoOp")), make("Unpad", things=["object"])
+    )
+    check_meaning(known, small())
+    read = STAGES["Pad"]("read", things=Interface("thick"), distance=0.01)
+    check_meaning(Task("t", make("CurrentState"), read, make("Unpad", things=["object"])), small())
+    late = Task(
+        "t",
+        make("CurrentState"),
+        make("Unpad", things=["object"]),
+        STAGES["Pad"]("p", things=["object"], distance=0.01),
+    )
+    with pytest.raises(InitialisationError, match="nothing before it pads 'object'"):
+        check_meaning(late, small())
 
 
 def test_a_goal_that_another_stage_may_replace_is_no_fault() -> None:

@@ -301,6 +301,10 @@ def test_added_geometry_is_in_the_way_until_it_is_removed(first_scene: First) ->
     refused = only(forward(walled, "RemoveGeometry", bodies=["wal"]))
     assert refused.comment == "no added body is called 'wal', did you mean \"wall\"?"
     assert only(backward(walled, "AddGeometry", **box)).scene.extras == ()
+    again = only(forward(walled, "AddGeometry", **box))
+    assert again.comment.startswith("a body called 'wall' is there already")
+    gone = only(backward(scene, "AddGeometry", **box))
+    assert gone.comment.startswith("the scene after it has no added body 'wall'")
     inside = {**box, "pose": {"position": tool(scene, "left")[:3, 3].tolist()}}
     assert only(forward(scene, "AddGeometry", **inside)).reason == "collision"
 
@@ -325,6 +329,10 @@ def test_padding_keeps_its_distance_along_the_whole_way(first_scene: First, dist
                     assert clear >= distance - 1e-6
     assert only(forward(padded, "Unpad", things=things)).scene.extras == ()
     assert only(backward(scene, "Unpad", things=things, distance=distance)).scene.extras
+    assert only(backward(padded, "Pad", things=things, distance=distance)).scene.extras == ()
+    unpadded = only(forward(padded, "Unpad", things=["bottle_2"])).scene
+    gone = only(backward(unpadded, "Pad", things=things, distance=distance))
+    assert gone.comment.startswith("the scene after it has no padding of bottle_2")
 
 
 # ------------------------------------------------------------------------------------------------------- directions

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from kabo.language.yaml.documents import Mapping, YamlNode
+from kabo.language.yaml.documents import Scalar, Sequence, YamlNode
 from kabo.language.yaml.values import Reader
 
 _FORM = "write uncertain: {name: 5mm}"
@@ -22,7 +22,7 @@ def read_uncertain(
         regions: the names of regions, which are exact.
         whole: whether no body is missing.
     """
-    if node is not None and not isinstance(node, Mapping) and reader.scalar(node, "`uncertain`") is not None:
+    if isinstance(node, Sequence) or (isinstance(node, Scalar) and reader.scalar(node, "`uncertain`") is not None):
         reader.findings.add(node.place, "`uncertain` is said of each body or robot by its name", _FORM)
         return {}
     found: dict[str, float] = {}

@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from kabo.tasks.core.model.circles import circle
 from kabo.tasks.core.model.containers import Alternatives, Container, Fallbacks
+from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import StructuralReason
 from kabo.tasks.core.model.solutions import Solution
 from kabo.tasks.core.model.stages import Monitor, Stage
@@ -25,12 +27,15 @@ class Explanation:
 
 
 def explain(
-    task: Container, statistics: Mapping[Stage, StageStatistics], kept: Mapping[Stage, list[Solution]]
+    task: Container,
+    flows: Mapping[Stage, Flow],
+    statistics: Mapping[Stage, StageStatistics],
+    kept: Mapping[Stage, list[Solution]],
 ) -> Explanation:
-    """The explanation why a run found no solution, from the figures and the kept failures of each stage."""
+    """The explanation why a run found no solution, from the flow, the figures and the kept failures of each stage."""
     found = _blamed(task, statistics)
     if not found:
-        return Explanation(None, _unasked(task, statistics))
+        return Explanation(None, _unasked(task, flows, statistics))
     mine = statistics[found[0]]
     text = "; ".join(_text(stage, _counts(statistics[stage].failures), statistics[stage]) for stage in found)
     return Explanation(
@@ -59,10 +64,13 @@ def _counts(counted: Mapping[str, int]) -> dict[str, int]:
     )
 
 
-def _unasked(task: Container, statistics: Mapping[Stage, StageStatistics]) -> str:
+def _unasked(task: Container, flows: Mapping[Stage, Flow], statistics: Mapping[Stage, StageStatistics]) -> str:
     waiting = [s for s in task.walk() if not s.children and not statistics[s].successes]
     if statistics[task].successes or not waiting:
         return "no stage failed"
+    planned = flows.keys() == set(task.walk())  # which stages may have left since, or come
+    if planned and (around := circle(task, flows)) is not None:
+        return around
     stage = waiting[0]
     why = f": {stage.monitored.path!r}, which it monitors, found nothing" if isinstance(stage, Monitor) else ""
     return f"{stage.path!r} was never asked{why}"

@@ -39,8 +39,13 @@ def kept_between(surroundings: SceneSurroundings, situation: Situation | None, p
 
 
 def told_distance(pair: Pair, apart: float, wanted: float) -> str:
-    """`o1 and o2 are 1.2 mm apart, but 3 mm are to be kept`."""
-    return f"{pair[0]} and {pair[1]} are {millimetres(apart)} apart, but {millimetres(wanted)} are to be kept"
+    """`o1 and o2 are 1.2 mm apart, but 3 mm are to be kept`, or that so much is there and not proven."""
+    there, kept = millimetres(apart), millimetres(wanted)
+    missing = apart < wanted and there != kept
+    why = (
+        f"but {kept} are to be kept" if missing else f"too near for a proof with this epsilon that {kept} are kept"
+    )
+    return f"{pair[0]} and {pair[1]} are {there} apart, {why}"
 
 
 def least_distance(refusal: Refusal, surroundings: SceneSurroundings) -> float | None:

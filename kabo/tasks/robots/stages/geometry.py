@@ -1,6 +1,7 @@
 """Stages that add geometry for some stages only: additional bodies, and padding around things [T 3.9]."""
 
 from collections.abc import Iterator, Sequence
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,9 @@ import numpy as np
 from kabo.errors import did_you_mean
 from kabo.geometry_server import Refusal, Situation, extra, padding
 from kabo.language.scene_description import Shape
-from kabo.scene import Scene
+from kabo.scene import Link, Scene
 from kabo.scene.transforms import quaternion
-from kabo.tasks.core import Propagator, Property, Result
+from kabo.tasks.core import Container, Propagator, Property, Result, Stage
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
@@ -35,22 +36,37 @@ class AddGeometry(RobotStage, Propagator):
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
         """Messages if the scene lacks the parent, or has a thing of the new name."""
-        if self.known("body") in scene.bodies or self.known("body") in scene.robots:
-            yield f"the scene has {self.known('body')!r} already: give the added body a new name"
+        name = self.known("body")
+        if name in ("world", *scene.bodies, *scene.robots, *scene.regions, *_links(scene)):
+            yield f"the scene has {name!r} already: give the added body a new name"
         yield from _unknown(self.known("parent"), scene, ("world",))
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the added body; a failure if a robot collides with the body."""
+        """The scene with the added body; a failure if a robot collides with it, or one of its name is there already."""
+        name = properties["body"]
+        if any(each.name == name for each in scene.extras):
+            return [
+                Refusal(
+                    "constraint",
+                    f"a body called {name!r} is there already: give this one another name, or remove that one first",
+                )
+            ]
         pose = local_pose(properties["pose"])
         position = tuple(float(v) for v in pose[:3, 3])
         shape = shape_of(properties["shape"])
-        added = extra(properties["body"], properties["parent"], shape, position, quaternion(pose))  # type: ignore[arg-type]
+        added = extra(name, properties["parent"], shape, position, quaternion(pose))  # type: ignore[arg-type]
         after = scene.adding(added)
         return _checked(after, scene.context.scene.robots, Result(after))
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene without the body."""
-        return [Result(scene.removing(properties["body"]))]
+        """The scene without the body; a failure if it is not there, since nothing would have avoided it."""
+        name = properties["body"]
+        if all(each.name != name for each in scene.extras):
+            text = (
+                f"the scene after it has no added body {name!r}, and is planned first: add it before the connector"
+            )
+            return [Refusal("constraint", text)]
+        return [Result(scene.removing(name))]
 
 
 class RemoveGeometry(RobotStage, Propagator):
@@ -84,17 +100,28 @@ class Pad(RobotStage, Propagator):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """Messages for things that the scene lacks."""
-        for name in self.known("things") or ():
-            yield from _unknown(str(name), scene)
+        """Messages for things that the scene lacks, or that have no shape."""
+        for name in map(str, self.known("things") or ()):
+            unknown = list(_unknown(name, scene))
+            yield from unknown
+            if not unknown and "." in name and _link(scene, name).mesh is None:
+                yield f"{name} has no geometry: there is nothing to pad"
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with padding; a failure if anything collides with the padding."""
         return self._padded(scene, properties)
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene before the stage, without the padding."""
-        return [Result(scene.removing(*map(padding_name, properties["things"])))]
+        """The scene before the stage, without the padding; a failure if it is not there."""
+        names, there = list(map(str, properties["things"])), {extra.name for extra in scene.extras}
+        missing = next((name for name in names if padding_name(name) not in there), None)
+        if missing is not None:
+            text = (
+                f"the scene after it has no padding of {missing}, and is planned first: "
+                "let an Unpad follow, or pad before the connector"
+            )
+            return [Refusal("constraint", text)]
+        return [Result(scene.removing(*map(padding_name, names)))]
 
     @staticmethod
     def _padded(scene: TaskScene, properties: Values) -> Answers:
@@ -115,6 +142,13 @@ class Unpad(Pad):
         )
     }
 
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """As of `Pad`, and messages for things that no stage before it can have padded."""
+        yield from super().faults(scene, start)
+        for name in map(str, self.known("things") or ()):
+            if not any(_may_pad(stage, name) for stage in _before(self)):
+                yield f"nothing before it pads {name!r}: name what a Pad before it names"
+
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene without padding."""
         return [Result(scene.removing(*map(padding_name, properties["things"])))]
@@ -124,11 +158,42 @@ class Unpad(Pad):
         return self._padded(scene, properties)
 
 
+def _before(stage: Stage) -> Iterator[Stage]:
+    """The stages of the task that come before one, in order of time, with the containers around it."""
+    top = stage
+    while top.parent is not None:
+        top = top.parent
+    every = top.walk() if isinstance(top, Container) else iter(())
+    return takewhile(lambda each: each is not stage, every)
+
+
+def _may_pad(stage: Stage, name: str) -> bool:
+    """Whether there may be padding around a thing after a stage; of stages of users nothing is known."""
+    if isinstance(stage, Pad):
+        things = None if isinstance(stage, Unpad) else stage.known("things")
+        return things is None or name in map(str, things)
+    own = isinstance(stage, (RobotStage, Container)) or type(stage).__module__.startswith("kabo.")
+    return not own or stage.properties.has("scene")
+
+
+def _links(scene: Scene) -> list[str]:
+    return [f"{robot.name}.{link}" for robot in scene.robots.values() for link in robot.links]
+
+
+def _link(scene: Scene, name: str) -> Link:
+    robot, _, link = name.partition(".")
+    return scene.robots[robot].links[link]
+
+
 def _unknown(name: str | None, scene: Scene, others: Sequence[str] = ()) -> Iterator[str]:
-    links = [f"{robot.name}.{link}" for robot in scene.robots.values() for link in robot.links]
-    known = [*others, *scene.bodies, *links]
-    if name is not None and name not in known:
-        yield f"nothing is called {name!r}: name a body or `robot.link`, {did_you_mean(name, known) or 'there is none'}"
+    known = [*others, *scene.bodies, *_links(scene)]
+    if name is not None and name in scene.robots:
+        yield f"{name!r} is a robot: name one of its links, as `{name}.{next(iter(scene.robots[name].links))}`"
+    elif name in scene.regions:
+        yield f"{name!r} is a region: name a body or `robot.link`"
+    elif name is not None and name not in known:
+        hint = did_you_mean(name, known)
+        yield f"nothing is called {name!r}: name a body or `robot.link`{'' if hint is None else f', {hint}'}"
 
 
 def padding_name(name: Any) -> str:

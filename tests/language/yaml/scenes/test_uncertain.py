@@ -9,6 +9,7 @@ from tests.language.conftest import SCENE, Kitchen
 KEY = "allowed_contacts:\n"
 WRONG = [
     ("uncertain: «5mm»", "`uncertain` is said of each body or robot by its name", "write uncertain: {name: 5mm}"),
+    ("uncertain: «[table]»", "`uncertain` is said of each body or robot by its name", "write uncertain: {name: 5mm}"),
     ("uncertain: {table: «0»}", 'the error of "table" must be greater than 0', None),
     ("uncertain: {table: «0mm»}", 'the error of "table" must be greater than 0', None),
     ("uncertain: {table: «-3mm»}", 'the error of "table" must be greater than 0', None),

@@ -7,6 +7,7 @@ from kabo.tasks.core import (
     Failure,
     Fallbacks,
     InitialisationError,
+    Limit,
     Merger,
     Result,
     Serial,
@@ -69,8 +70,13 @@ def test_parts_that_never_come_together_are_told_of_their_container():
 
 
 def test_monitors_that_were_never_triggered_name_what_they_waited_for():
+    text = told(watch("a", "b"), equal("j"), Limit("l", offer("b", values=()), max_solutions=1), keep("b"))
+    assert text == "'l/b' found nothing; it gave no answers at all"
     text = told(watch("a", "b"), equal("j"), watch("b", "a"))
-    assert text == "'a' was never asked: 'b', which it monitors, found nothing"
+    assert text == (
+        "'a' monitors 'b', which monitors 'a': none of them can begin; "
+        "let 'a' monitor a stage that needs none of these"
+    )
 
 
 def test_a_monitor_of_a_container_that_holds_it_can_never_be_triggered():
