@@ -293,7 +293,7 @@ def _angle(first: np.ndarray, second: np.ndarray) -> float:
 def _wrong(wanted: StateChange, scene: Scene, robot: MeasuredRobot) -> str:
     """What is not true in the simulator that a plan's last state says of bodies, in a sentence."""
     found, soft = robot.poses(), {}
-    touching = {frozenset(contact.things) for contact in robot.physics.contacts(-1e-4)}
+    touching = {frozenset(contact.things) for contact in robot.physics.contacts(-1e-4)} | robot.joined
     objects: dict[str, ObjectPose] = {}
     for name, own in wanted.objects.items():
         if own.parent == "world":

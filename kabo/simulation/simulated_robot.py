@@ -60,6 +60,7 @@ class SimulatedRobot:
         self._waiting: deque[tuple[Any, ...]] = deque()  # steps of setpoints that motors have not got
         self.judge: Callable[[Physics, Motion | None, float, list[tuple[str, str]]], None] | None = None
         self._held: dict[str, tuple[str, ...]] = {}
+        self.joined: set[frozenset[str]] = set()  # pairs of parts that hold together
         self._sent: list[Setpoint] = []
         self._behind = 0  # steps of a motion that has ended for which setpoints are still on their way
         self._next: list[Any] = []  # setpoints of this step, for motors that are late
@@ -166,6 +167,7 @@ class SimulatedRobot:
         """Fixes bodies that nobody holds back to the parts that they have been joined with, if their mates hold."""
         for fixed, moving in joined(self.scene, bodies, self.physics.pose):
             self.physics.weld(fixed, moving)
+            self.joined.add(frozenset((fixed, moving)))
 
     def state(self) -> RobotState:
         """What encoders and hands measure."""

@@ -68,7 +68,9 @@ def test_what_comes_there_later_is_held_from_where_the_hand_lets_it_go(tmp_path:
     robot.physics.displace("cube", np.array([0.0, 5e-4, 0.2805]))
     robot.release("gantry", ("second",))
     assert robot.physics.data.eq_active[robot.physics.model.equality("post:cube").id] == 0, "it was not let go of"
+    assert not robot.joined
     robot.release("gantry", ("cube",))
+    assert robot.joined == {frozenset(("post", "cube"))}
     robot.wait(0.5)
     assert robot.poses()["cube"][:3, 3] == pytest.approx([0.2, 5e-4, 0.3005], abs=5e-4)
 
