@@ -223,10 +223,10 @@ def _null(J: Array) -> Array:
         k = int(np.argmax(np.round(np.diag(left), DECIMALS)))
         row[:] = left[k] / np.sqrt(left[k, k])
         left = left - np.outer(row, row)
-    return _told(basis)
+    return _without_last_bits(basis)
 
 
-def _told(numbers: Array) -> Array:
+def _without_last_bits(numbers: Array) -> Array:
     """What came through LAPACK without its last bits, which depend on the processor; no zero is negative."""
     return np.asarray(np.round(numbers, DECIMALS) + 0.0)
 
@@ -262,12 +262,12 @@ def _with_aims(components: Sequence[_Component], intervals: Rows, free: Rows) ->
     return Family(
         np.ascontiguousarray([each.start for each in components]),
         first.turn,
-        np.ascontiguousarray([_told(each.axis) for each in components]),
+        np.ascontiguousarray([_without_last_bits(each.axis) for each in components]),
         zeros,
         stacked(_rows(azimuths)),
         stacked(_rows(aimed)),
-        np.ascontiguousarray(_told(gains)),
-        np.ascontiguousarray(_told(loose)),
+        np.ascontiguousarray(_without_last_bits(gains)),
+        np.ascontiguousarray(_without_last_bits(loose)),
         stacked(_rows(checked)),
     )
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kabo.kinematics import FrameFeature, rows_of, stacked
-from kabo.kinematics.families import family_of
+from kabo.kinematics.families import _null, family_of
 from kabo.kinematics.kernels import families as kernels
 from kabo.kinematics.kernels import rows as columns
 from kabo.streams import stream_key, uniforms
@@ -127,3 +127,19 @@ def test_kernels_run_as_plain_python_with_the_same_result():
     assert np.allclose(poses, same, atol=1e-12) and np.array_equal(good, too)
     for compiled, plain in zip(kernels.rows_at(rows, poses), kernels.rows_at.py_func(rows, poses), strict=True):
         assert np.allclose(compiled, plain, atol=1e-12)
+
+
+def test_a_null_space_has_one_basis_however_lapack_finds_it() -> None:
+    """Rows that are mixed, scaled and repeated have the same null space, and lead LAPACK to another of its bases."""
+    numbers = np.random.default_rng(11)
+    for _ in range(200):
+        rank, columns = int(numbers.integers(0, 6)), 6
+        rows = np.round(numbers.normal(size=(rank, columns)), int(numbers.integers(0, 3)))
+        mixed = np.concatenate([numbers.normal(size=(rank, rank)) @ rows, numbers.uniform(1.0, 3.0) * rows])
+        if rank and np.linalg.svd(rows, compute_uv=False)[-1] < 0.05:
+            continue  # rows that hardly differ
+        basis = _null(rows)
+        assert basis.shape == (columns - rank, columns)
+        assert np.allclose(basis @ basis.T, np.eye(columns - rank), atol=1e-12)
+        assert np.allclose(basis @ rows.T, 0.0, atol=1e-11)
+        assert np.allclose(basis, _null(mixed), atol=1e-9)

@@ -21,6 +21,11 @@ def test_natural_slopes_are_those_of_scipy() -> None:
     assert np.allclose(natural_slopes(rows), CubicSpline(places, rows, bc_type="natural")(places, 1), atol=1e-12)
 
 
+def test_through_two_knots_the_spline_is_straight() -> None:
+    ends = np.array([[0.0, 1.0], [3.0, 5.0]])
+    assert np.allclose(natural_slopes(ends), [[0.6, 0.8], [0.6, 0.8]], atol=1e-15)
+
+
 def test_knots_are_on_the_spline_of_scipy_and_keep_the_ends() -> None:
     for rows in (ARC, ARC[:3]):
         places = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows, axis=0), axis=1))])
