@@ -13,10 +13,17 @@ from kabo.scene.transforms import transform, unflat
 
 
 class Belief:
-    """The geometric state by the plan; it changes when a segment has ended, and on nothing else [T 3.8]."""
+    """The geometric state by the plan; it changes when a segment has ended, and on nothing else [T 3.8].
 
-    def __init__(self, scene: Scene, state: GeometricState) -> None:
-        self.scene, self.state = scene, state
+    Args:
+        scene: the scene. state: where everything is.
+        givers: how bodies are held that another hand has taken, by hands that have not let go of them yet.
+    """
+
+    def __init__(
+        self, scene: Scene, state: GeometricState, givers: Mapping[str, Attachment] | None = None
+    ) -> None:
+        self.scene, self.state, self.givers = scene, state, dict(givers or {})
         self._places: dict[str, tuple[Attachment, Array]] = {}  # attachments as matrices
 
     @classmethod
@@ -30,6 +37,7 @@ class Belief:
     def take(self, change: StateChange) -> None:
         """Takes over what a plan says of a state."""
         self.state = with_change(self.scene, self.state, change)
+        self.givers.clear()
 
     def move(self, robot: str, joints: tuple[str, ...], values: Array) -> None:
         """Puts joints of a robot to values."""
@@ -41,14 +49,22 @@ class Belief:
         """A segment has ended: its robot is at its end, objects are attached and let go of."""
         self.move(segment.robot, segment.joints, segment.at(segment.times[-1]))
         for body in segment.detach:
-            self._hang(body, "world")
+            self.let_go(body, segment.robot)
         for body, parent in segment.attach:
-            self._hang(body, parent)
+            self._take(body, parent)
 
-    def let_go(self, body: str) -> None:
-        """A body stands in the world from now on, where it is, if a robot holds it."""
-        if self.holder(body) is not None:
-            self._hang(body, "world")
+    def let_go(self, body: str, robot: str) -> None:
+        """A robot holds a body no more: it stands in the world where it is, if no other hand holds it."""
+        given = self.givers.pop(body, None)
+        if self.holder(body) == robot:
+            self._hang(body, "world" if given is None else given.parent)
+
+    def _take(self, body: str, parent: str) -> None:
+        """Hangs a body on a parent; a hand that holds it does so until it opens."""
+        before, had = self.state.objects[body], self.holder(body)
+        self._hang(body, parent)
+        if had is not None and before.parent not in self.state.objects and self.holder(body) != had:
+            self.givers[body] = before
 
     def _hang(self, body: str, parent: str) -> None:
         place = np.linalg.inv(world_T(self.scene, self.state, parent)) @ world_T(self.scene, self.state, body)
@@ -61,6 +77,11 @@ class Belief:
             parent = self.state.objects[parent].parent
         robot, dot, _ = parent.partition(".")
         return robot if dot and robot in self.scene.robots else None
+
+    def held_by_giver(self, body: str) -> tuple[str, Attachment] | None:
+        """The robot that held a body before the one that has taken it, if it has not let go yet, and how it holds it."""
+        given = self.givers.get(body)
+        return None if given is None else (given.parent.partition(".")[0], given)
 
     def poses(self, robots: Mapping[str, Sequence[float]] | None = None) -> dict[str, Array]:
         """The poses (4, 4) of all movable bodies, with robots where they are said to be."""

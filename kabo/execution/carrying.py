@@ -89,7 +89,7 @@ class Carrier:
         self.part: Motion | None = None  # what is followed
         self.waiting: list[HandAction] = []  # what hands are still to do meanwhile
         self.stopping = False
-        self.released: list[str] = []
+        self.released: list[tuple[str, str]] = []  # bodies, each with the robot that lets go of it
         self.gripped: list[tuple[str, tuple[str, ...]]] = []  # hands that have closed and are not judged yet
         self.clock = plan.root  # the node on whose clock the robots' motion is
         self._take(plan, report)
@@ -273,7 +273,7 @@ class Carrier:
                 self._grip(action)
             elif action.kind == "release":
                 self._enter("releasing", robot=action.robot, bodies=action.detach)
-                self.released += action.detach
+                self.released += ((body, action.robot) for body in action.detach)
                 self._robot.release(action.robot, action.detach)
             else:
                 self.belief.finish(segment)
@@ -393,5 +393,8 @@ class Carrier:
         if self.part is not None:
             self.ended = ended_nodes(self.plan, self.executed, [robot for robot, _ in self.gripped])
         self.under_way, self.waiting, self.part, self.stopping = [], [], None, False
-        for body in self.released:  # a hand that opens holds no more, though the plan says so until it is open
-            self.belief.let_go(body)
+        for (
+            body,
+            robot,
+        ) in self.released:  # a hand that opens holds no more, though the plan says so until it is open
+            self.belief.let_go(body, robot)

@@ -304,7 +304,7 @@ class _Executor(Carrier):
             own = self.watch.scene.robots[robot]
             hand = hand_within_limits(own, measured[robot][own.planned :])
             self.belief.move(robot, own.gripper_joints, np.array([hand[joint] for joint in own.gripper_joints]))
-            self.belief.let_go(body)
+            self.belief.let_go(body, robot)
 
     def _come_to_rest(self, stop: Stop) -> None:
         """Waits until no body moves that is seen, and robots are where they were sent; not for ever.

@@ -167,7 +167,11 @@ def observed(
         found: Attachment | None = None
         if holder is not None and (off > STILL_HELD or (holder in empty and not joined)):
             lost.append((name, holder))
-            found = _placed(scene, now, "world", _standing(pose, _stands(scene, plan, name)))
+            if (given := belief.held_by_giver(name)) is not None:
+                found = _still_given(scene, now, name, given, pose, empty)
+                lost += [] if found is not None else [(name, given[0])]
+            if found is None:
+                found = _placed(scene, now, "world", _standing(pose, _stands(scene, plan, name)))
         elif exact and off > SAME_PLACE:
             found = _placed(scene, now, own.parent, pose)
         elif holder is not None and off > WELL_HELD:
@@ -180,6 +184,23 @@ def observed(
             objects[name] = ObjectPose(found.parent, found.position, found.quaternion)
             now = now.replace({name: found})
     return StateChange(robots, objects), tuple(lost)
+
+
+def _still_given(
+    scene: Scene,
+    state: GeometricState,
+    name: str,
+    given: tuple[str, Attachment],
+    pose: Array,
+    empty: Collection[str],
+) -> Attachment | None:
+    """How the hand that gives a body holds it, which the taking hand has missed; None if it has lost it, too."""
+    robot, hold = given
+    place = world_T(scene, state, hold.parent) @ transform(hold.position, hold.quaternion)
+    off = displacement(place, pose, box_corners(scene.bodies[name].mesh)).size
+    if robot in empty or off > STILL_HELD:
+        return None
+    return _placed(scene, state, hold.parent, place if off <= WELL_HELD else _unturned(place, pose))
 
 
 def hand_within_limits(robot: Robot, hand: Sequence[float]) -> dict[str, float]:

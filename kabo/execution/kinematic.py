@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.execution.belief import Belief
 from kabo.execution.following import Follower, Setpoint
 from kabo.execution.loads import load_of
 from kabo.execution.motions import SAME_TIME, HandAction, Motion
@@ -69,11 +70,12 @@ class KinematicRobot:
                 self._follower.loads.setdefault(robot, []).append(load)
 
     def release(self, robot: str, bodies: tuple[str, ...]) -> None:
-        """Leaves bodies where they are."""
+        """Leaves bodies where they are; what another hand holds it keeps."""
         self._pressing.pop(robot, None)
         self._follower.loads.pop(robot, None)
         for body in bodies:
-            self._hang(body, "world")
+            if Belief(self.scene, self.world).holder(body) == robot:
+                self._hang(body, "world")
 
     def _hang(self, body: str, parent: str) -> None:
         place = np.linalg.inv(world_T(self.scene, self.world, parent)) @ world_T(self.scene, self.world, body)

@@ -41,7 +41,8 @@ class Stretch:
 class HandAction:
     """What a hand does at a time [s]: `grip` what its segment takes, `release` it, or let go of it in the state only.
 
-    What it lets go of may be joined to another body from then on: then `attach` has both, and no hand presses.
+    What it lets go of may be joined to another body from then on: then `attach` has both, and no hand presses. An action
+    that `begins` its segment belongs to what comes after it: a giver opens when the other hand has closed, and is judged.
     """
 
     time: float
@@ -51,6 +52,7 @@ class HandAction:
     segment: int
     attach: tuple[tuple[str, str], ...] = ()
     detach: tuple[str, ...] = ()
+    begins: bool = False
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ def motion_of(plan: Plan, name: str, scene: Scene) -> Motion:
         if node.next is None or following is None or not following.overlap > 0.0:
             break
         offset, name = end - following.overlap, node.next
-    order = {"detach": 0, "release": 1, "grip": 2}
+    order = {"detach": 0, "grip": 1, "release": 2}
     actions.sort(key=lambda each: (each.time, order[each.kind]))
     stretches.sort(key=lambda each: each.begin)
     return Motion(tuple(stretches), tuple(actions), tuple(nodes), 0.0, end)
@@ -134,7 +136,8 @@ def _hand_actions(name: str, motion: Sequence[Segment], offset: float, scene: Sc
         if segment.detach:
             # A hand that opens presses no more from then on; the object is let go of when it is open.
             opens = set(segment.joints) & set(scene.robots[segment.robot].gripper_joints)
-            yield HandAction(begin if opens else end, "release", segment.robot, name, number, (), segment.detach)
+            time, begins = (begin, True) if opens else (end, False)
+            yield HandAction(time, "release", segment.robot, name, number, (), segment.detach, begins)
         if segment.detach or joined:
             yield HandAction(end, "detach", segment.robot, name, number, joined, segment.detach)
         if taken:
@@ -142,15 +145,21 @@ def _hand_actions(name: str, motion: Sequence[Segment], offset: float, scene: Sc
 
 
 def parts_of(motion: Motion) -> list[Motion]:
-    """The motion divided where hands act while no robot moves; an action belongs to the part that it ends."""
+    """The motion divided where hands act while no robot moves; an action belongs to the part that it ends, or begins."""
     borders = sorted({each.time for each in motion.actions if motion.rests(each.time)} | {motion.end})
     parts: list[Motion] = []
     begin = motion.begin
     for border in borders:
         inside = tuple(s for s in motion.stretches if s.begin >= begin - SAME_TIME and s.end <= border + SAME_TIME)
-        early = -1.0 if not parts else begin + SAME_TIME
-        own = tuple(a for a in motion.actions if early < a.time <= border + SAME_TIME)
+        own = tuple(each for each in motion.actions if _is_within(each, begin, border, motion, first=not parts))
         if inside or own:
             parts.append(replace(motion, stretches=inside, actions=own, begin=begin, end=border))
         begin = border
     return parts
+
+
+def _is_within(action: HandAction, begin: float, end: float, motion: Motion, *, first: bool) -> bool:
+    """Whether a hand acts in a part of a motion from `begin` to `end` [s], the `first` one or another."""
+    if action.begins and action.time < motion.end - SAME_TIME:
+        return begin - SAME_TIME <= action.time < end - SAME_TIME
+    return (first or action.time > begin + SAME_TIME) and action.time <= end + SAME_TIME

@@ -152,7 +152,7 @@ class Watch:
         robots = dict(belief.state.robots)
         if part is not None:
             robots |= {name: own.planned for name, own in self.path.robots.items()}
-        return Planned(robots, Belief(belief.scene, belief.state))
+        return Planned(robots, Belief(belief.scene, belief.state, belief.givers))
 
     def _together(self, motion: Motion, path: OffPath, state: RobotState, belief: Belief) -> Surprise | None:
         running = list(motion.at(path.time))
@@ -340,7 +340,7 @@ class Watch:
             for name, robot in self.scene.robots.items()
             if self._off_path(name, state.positions[name], belief.state.robots[name]) > AT_PLACE
         }
-        return Belief(belief.scene, belief.state.replace(dict(found))) if found else belief
+        return Belief(belief.scene, belief.state.replace(dict(found)), belief.givers) if found else belief
 
     def grasp(self, robot: str, state: RobotState, belief: Belief, bodies: tuple[str, ...]) -> Surprise | None:
         """Whether a hand that has closed is about as wide as planned."""
@@ -360,7 +360,8 @@ class Watch:
         """The joints of hands that should hold something and have closed beyond it, by robot [rad or m]."""
         found = {}
         holders = {belief.holder(name) for name in self.scene.movable} - {None}
-        for robot in sorted(map(str, holders)):
+        givers = {given[0] for name in self.scene.movable if (given := belief.held_by_giver(name)) is not None}
+        for robot in sorted({*map(str, holders), *givers}):
             own = self.scene.robots[robot]
             if own.gripper is None:
                 continue

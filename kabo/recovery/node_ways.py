@@ -39,18 +39,21 @@ class NoWayError(Exception):
     """There is no way; the text says why, as the rest of a sentence."""
 
 
-def way_on(interruption: Interruption, scene: Scene, *, clearance: float = 0.0) -> Plan:
+def way_on(
+    interruption: Interruption, scene: Scene, *, clearance: float = 0.0, shifted_in_hands: bool = False
+) -> Plan:
     """The plan of one node that makes the rest of the motion of the interrupted node, or of all that have begun.
 
     Args:
         interruption: where the run stands, with what was executed of its node.
         scene: the scene, loaded from a file.
         clearance: what bodies keep from each other [m].
+        shifted_in_hands: whether what is in the right hand may be elsewhere in it: what is known of it is true then, too.
 
     Raises:
         NoWayError: a hand has lost what it should hold, or something would not be where the plan puts it.
     """
-    return _Way(interruption, scene, clearance).on()
+    return _Way(interruption, scene, clearance).on(shifted_in_hands=shifted_in_hands)
 
 
 def way_back(
@@ -92,7 +95,7 @@ class _Way:
         self.belief = Belief(self.scene, self.scene.start)
         self.time = 0.0  # [s]
 
-    def on(self) -> Plan:
+    def on(self, *, shifted_in_hands: bool) -> Plan:
         """The rest of the node's motion."""
         if self.interruption.lost:
             raise NoWayError(f"{self.interruption.lost[0][1]} has lost {self.interruption.lost[0][0]}")
@@ -115,16 +118,21 @@ class _Way:
             ]
             rest.append(self._segment(segment, rows, segment.attach, segment.detach))
         for name in begun:
-            self._require_placed(name)
+            self._require_placed(name, shifted_in_hands=shifted_in_hands)
         return self._plan("finish", rest)
 
-    def _require_placed(self, node: str) -> None:
+    def _require_placed(self, node: str, *, shifted_in_hands: bool) -> None:
         """Checks that everything is where the node puts it, so that what is then known of it is true."""
         after, plan = self.interruption.plan.nodes[node].after, self.interruption.plan
         if after is None or plan.start is None:
             return
         wanted = with_change(self.scene, self.belief.state, after)
         for name in after.objects:
+            if (
+                shifted_in_hands
+                and wanted.objects[name].parent == self.belief.state.objects[name].parent != "world"
+            ):
+                continue
             place, found = (world_T(self.scene, state, name)[:3, 3] for state in (wanted, self.belief.state))
             if float(np.linalg.norm(place - found)) > WELL_HELD:
                 raise NoWayError(f"{name} would not be where the node puts it")

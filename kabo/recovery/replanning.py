@@ -83,6 +83,10 @@ class Replanner:
             if found.plan is not None:
                 return found
             reasons.append(found.reason)
+        with_shifted = partial(way_on, shifted_in_hands=True)  # where another hand has let go, none leads back
+        shifted, _ = self._way("finish", "on with what is shifted in a hand", with_shifted, interruption)
+        if shifted.plan is not None:
+            return shifted
         onward = self._onward(interruption)
         return onward if onward.plan is not None else Answer("none", None, "; ".join([*reasons, onward.reason]))
 

@@ -68,7 +68,7 @@ class Grants:
     def permits(self, i: int, path: Path) -> Permits:
         """The contacts that segment i permits along its path; `loose` pairs are fingers and what the hand holds."""
         segment, found = self.segments[i], Permits()
-        self._note_holds(segment.robot)
+        self._note_holds()
         together = {
             frozenset((a, b))
             for a, b in segment.allowed_contacts
@@ -101,7 +101,7 @@ class Grants:
         self.unmoved |= taken
         for name in taken:
             self.holds.pop((segment.robot, name), None)
-        self._note_holds(segment.robot)
+        self._note_holds()
         for grant in segment.grants:
             name = grant.bodies[1]
             if grant.kind == "grasp" and name in taken and not self._fits(segment.robot, name, grant.by):
@@ -111,8 +111,8 @@ class Grants:
         """Whether a segment moves an arm, not a hand."""
         return segment.joints == self.world.scene.robots[segment.robot].planned_joints
 
-    def _note_holds(self, robot: str) -> None:
-        for name in self.holding.carried(robot):
+    def _note_holds(self) -> None:
+        for robot, name in ((robot, name) for robot in self.moved for name in self.holding.carried(robot)):
             if self.holding.root(name) == name and (robot, name) not in self.holds:
                 self.holds[robot, name] = families_of(
                     self.world, robot, name, self.holding.q[robot], self.holding.pose(name)
