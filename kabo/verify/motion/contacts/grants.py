@@ -112,7 +112,7 @@ class Grants:
         return segment.joints == self.world.scene.robots[segment.robot].planned_joints
 
     def _note_holds(self) -> None:
-        for robot, name in ((robot, name) for robot in self.moved for name in self.holding.carried(robot)):
+        for robot, name in ((own, each) for own in self.moved for each in self.holding.carried(own)):
             if self.holding.root(name) == name and (robot, name) not in self.holds:
                 self.holds[robot, name] = families_of(
                     self.world, robot, name, self.holding.q[robot], self.holding.pose(name)
