@@ -26,7 +26,7 @@ MAX_DISJUNCTIONS = 4  # parts of one conjunction that have several alternatives 
 MAX_LINEAR_EXPANSIONS = (
     20_000  # expansions for a plan that senses nothing, before any plan that branches is searched for
 )
-MAX_CHEAPEST_EXPANSIONS = 20_000  # expansions of A*, where refusals were learnt, before any plan is searched for
+MAX_CHEAPEST_EXPANSIONS = 3_000  # expansions of A*, where refusals were learnt, before any plan is searched for
 ACTION_PRICE = 10  # what a unit of an action's cost counts beside the four prices below
 RETRY_PRICE = 7  # for each further attempt at a call
 SUSPICION_PRICE = 30  # for a call where what was in its way is still there

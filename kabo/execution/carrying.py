@@ -393,8 +393,6 @@ class Carrier:
         if self.part is not None:
             self.ended = ended_nodes(self.plan, self.executed, [robot for robot, _ in self.gripped])
         self.under_way, self.waiting, self.part, self.stopping = [], [], None, False
-        for (
-            body,
-            robot,
-        ) in self.released:  # a hand that opens holds no more, though the plan says so until it is open
+        # A hand that opens holds no more, though the plan says so until it is open.
+        for body, robot in self.released:
             self.belief.let_go(body, robot)
