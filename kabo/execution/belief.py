@@ -16,8 +16,9 @@ class Belief:
     """The geometric state by the plan; it changes when a segment has ended, and on nothing else [T 3.8].
 
     Args:
-        scene: the scene. state: where everything is.
-        givers: how bodies are held that another hand has taken, by hands that have not let go of them yet.
+        scene: the scene.
+        state: where everything is.
+        givers: by the name of a body that another hand has taken, how the hand that gives it holds it until it opens.
     """
 
     def __init__(

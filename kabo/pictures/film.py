@@ -13,7 +13,7 @@ import numpy as np
 
 from kabo.plan import Node, Plan, Segment, Step, plan_statistics
 from kabo.plan.description import call
-from kabo.scene import GeometricState, Scene, attachment, with_change, world_T
+from kabo.scene import GeometricState, Scene, with_change, with_hand_action
 from kabo.scene.state import Component
 
 
@@ -122,7 +122,9 @@ class Film:
             if segment.times[0] <= time:
                 state = state.replace({segment.robot: self._configuration(segment, state, time)})
             if segment.times[-1] <= time:
-                state = self._handed_over(segment, state)
+                state = with_hand_action(
+                    self.scene, state, segment.robot, detach=segment.detach, attach=segment.attach
+                )
         return state
 
     def _configuration(self, segment: Segment, state: GeometricState, time: float) -> Component:
@@ -131,15 +133,6 @@ class Film:
         for joint, value in zip(segment.joints, segment.at(time).tolist(), strict=True):
             q[robot.joint_names.index(joint)] = value
         return tuple(q)
-
-    def _handed_over(self, segment: Segment, state: GeometricState) -> GeometricState:
-        """The state with what a segment takes or lets go at its end; nothing moves in the world by it."""
-        changes: dict[str, Component] = {}
-        pairs = [*segment.attach, *((name, "world") for name in segment.detach)]
-        for name, parent in pairs:
-            pose = np.linalg.inv(world_T(self.scene, state, parent)) @ world_T(self.scene, state, name)
-            changes[name] = attachment(parent, pose)
-        return state.replace(changes)
 
 
 def described(plan: Plan) -> str:

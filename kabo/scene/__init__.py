@@ -6,7 +6,7 @@ checks, sampling or motion.
 
 from kabo.meshes import Mesh, Rounding, load_mesh
 from kabo.scene.bounds import MAX_DISTANCE
-from kabo.scene.changes import beginning_at, with_change
+from kabo.scene.changes import beginning_at, with_change, with_hand_action
 from kabo.scene.drives import BASE_VALUES, Drive
 from kabo.scene.elements import Element, ElementKind, is_open, one_mesh, with_hulls
 from kabo.scene.inner_meshes import inner_mesh
@@ -62,6 +62,7 @@ __all__ = [
     "one_mesh",
     "structure_of",
     "with_change",
+    "with_hand_action",
     "with_hulls",
     "world_T",
 ]

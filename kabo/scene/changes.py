@@ -9,10 +9,44 @@ import numpy as np
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.plan import StateChange
 from kabo.scene.bounds import MAX_DISTANCE
-from kabo.scene.scene import Scene, world_T
+from kabo.scene.scene import Scene, attachment, world_T
 from kabo.scene.state import Attachment, Component, GeometricState
+from kabo.scene.transforms import inverse
 
 BEYOND = 1e-6  # [rad or m] by which joints may be beyond their limits, and a quaternion longer or shorter than 1
+
+
+def with_hand_action(
+    scene: Scene,
+    state: GeometricState,
+    robot: str,
+    *,
+    detach: Iterable[str] = (),
+    attach: Iterable[tuple[str, str]] = (),
+) -> GeometricState:
+    """The state after a robot has let go of bodies and taken others; they stay where they are in the world.
+
+    What another robot has taken from its hand meanwhile stays with that one.
+
+    Args:
+        scene: the scene.
+        state: the state before.
+        robot: the robot whose hand acts.
+        detach: the bodies that it lets go of.
+        attach: the bodies that it takes or joins to others, each with what it hangs on from then on.
+    """
+    held = ((name, "world") for name in detach if _hangs_on(state, name).partition(".")[0] == robot)
+    for name, parent in (*held, *attach):
+        pose = inverse(world_T(scene, state, parent)) @ world_T(scene, state, name)
+        state = state.replace({name: attachment(parent, pose)})
+    return state
+
+
+def _hangs_on(state: GeometricState, name: str) -> str:
+    """The world, or the link that a body hangs on, be it by other bodies."""
+    while name in state.objects:
+        name = state.objects[name].parent
+    return name
 
 
 def with_change(scene: Scene, state: GeometricState, change: StateChange) -> GeometricState:

@@ -7,8 +7,10 @@ from kabo.errors import InputError
 from kabo.language import load_scene_description
 from kabo.pictures.film import Film
 from kabo.plan import Node, ObjectPose, Plan, Segment, StateChange, branch_of
+from kabo.planner.solve import solve
 from kabo.scene import load_scene, world_T
 from tests.pictures.scenes import table_and_arm
+from tests.support.giving_gantries import giving_gantries
 
 
 def plan(**nodes: Node) -> Plan:
@@ -107,3 +109,15 @@ def test_a_node_that_begins_early_moves_while_the_one_before_it_ends(tmp_path):
         1.5,
     )
     assert [frame.state.robots["other"] for frame in film.key_frames()] == [(0.0,), (0.25,), (1.5,)]
+
+
+def test_what_a_hand_gives_stays_in_the_hand_that_has_taken_it(tmp_path):
+    problem = giving_gantries(tmp_path)
+    plan = solve(problem).plan
+    assert plan is not None and problem.scene is not None
+    film = Film(plan, load_scene(problem.scene), branch_of(plan, None, "plan.json"))
+    given = plan.nodes["n1"].motion
+    opened = next(segment.times[-1] for segment in given if segment.detach)
+    assert opened < given[-1].times[-1]
+    assert film.at("n1", opened - 0.1).objects["rod"].parent == "other.hand"
+    assert film.at("n1", opened + 0.1).objects["rod"].parent == "other.hand"

@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kabo.plan import Segment
-from kabo.scene import Attachment, Configuration, GeometricState, Robot, Scene, attachment, world_T
-from kabo.scene.transforms import inverse
+from kabo.scene import Attachment, Configuration, GeometricState, Robot, Scene, with_hand_action, world_T
 from kabo.tasks.files.report_form import MotionReport, SegmentReport, StateReport
 from kabo.viewer.content.trajectories import shown_trajectory, trajectory_of_report
 
@@ -80,12 +79,15 @@ def _handovers(film: MotionReport, moves: Sequence[Segment], scene: Scene) -> li
     hung = dict(start.objects)
     for segment in sorted(film["segments"], key=lambda each: each["times"][-1]):
         time = segment["times"][-1]
-        changes = [(each["object"], each["to"]) for each in segment["attach"]]
-        for name, parent in [*changes, *((name, "world") for name in segment["detach"])]:
-            state = GeometricState(_robots_at(moves, start, scene, time), hung)
-            hung[name] = attachment(parent, inverse(world_T(scene, state, parent)) @ world_T(scene, state, name))
-            pose = {"position": list(hung[name].position), "quaternion": list(hung[name].quaternion)}
-            made.append({"time": time, "object": name, "parent": parent, **pose})
+        state = GeometricState(_robots_at(moves, start, scene, time), hung)
+        taken = [(each["object"], each["to"]) for each in segment["attach"]]
+        after = with_hand_action(scene, state, segment["robot"], detach=segment["detach"], attach=taken)
+        for name in dict.fromkeys((*segment["detach"], *(name for name, _ in taken))):
+            own = after.objects[name]
+            if own is not hung[name]:
+                pose = {"position": list(own.position), "quaternion": list(own.quaternion)}
+                made.append({"time": time, "object": name, "parent": own.parent, **pose})
+        hung = dict(after.objects)
     return made
 
 

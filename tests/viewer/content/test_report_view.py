@@ -15,7 +15,9 @@ from kabo.tasks.files.report_form import report_bytes
 from kabo.tasks.files.reports import report
 from kabo.tasks.files.running import PlanningOptions, TaskRun, plan_file
 from kabo.viewer import document_of_file
+from kabo.viewer.content.films import film_view
 from kabo.viewer.content.report_view import report_view
+from tests.support.giving_gantries import giving_gantries
 from tests.tasks.files.conftest import Start, write
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "pick_and_place"
@@ -57,6 +59,26 @@ def test_what_a_hand_takes_keeps_its_pose_in_the_world(planned: Path) -> None:
     object_T = world_T(scene, scene.start, "object")
     assert np.allclose((hand @ np.r_[taken["position"], 1.0])[:3], object_T[:3, 3], atol=1e-6)
     assert np.allclose(let_go["position"], film["after"]["objects"]["object"]["position"], atol=2e-6)
+
+
+def test_what_another_robot_has_taken_is_not_let_go_by_the_one_that_gave_it(tmp_path: Path) -> None:
+    problem = giving_gantries(tmp_path)
+    assert problem.scene is not None
+    scene = load_scene(problem.scene)
+    hands = {"joints": ["x", "finger"], "constraint": None, "stage": "", "allowed": []}
+    still = {**hands, "waypoints": [[0.0, 0.02], [0.0, 0.02]]}
+    taken = {"object": "rod", "to": "other.hand"}
+    motion: Any = {
+        "start": {"objects": {"rod": {"parent": "gantry.hand", "position": [0, 0, 0], "quaternion": [0, 0, 0, 1]}}},
+        "after": {},
+        "segments": [
+            {**still, "robot": "other", "times": [0.0, 1.0], "attach": [taken], "detach": []},
+            {**still, "robot": "gantry", "times": [1.0, 2.0], "attach": [], "detach": ["rod"]},
+        ],
+    }  # fmt: skip
+    assert [(each["time"], each["parent"]) for each in film_view(motion, scene)["handovers"]] == [
+        (1.0, "other.hand")
+    ]
 
 
 def test_without_its_scene_a_report_is_shown_with_a_warning_and_without_motion(
