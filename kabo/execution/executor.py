@@ -189,7 +189,7 @@ class _Executor(Carrier):
         if self.robot is None or self.scene is None or not self.plan.nodes[self.name].motion:
             return
         state = self.robot.state()
-        if not self.followed and not self.history and self.plan.start is not None:
+        if not self.recoveries and not self.history and self.plan.start is not None:
             held = {self.belief.holder(body) for body in self.scene.movable}
             for name in sorted(set(state.pressing) - held):
                 raise Stopped(f"the hand of {name} presses already, and the plan does not know what it holds")

@@ -357,10 +357,15 @@ class Watch:
         return None
 
     def empty_hands(self, state: RobotState, belief: Belief) -> dict[str, tuple[float, ...]]:
-        """The joints of hands that should hold something and have closed beyond it, by robot [rad or m]."""
+        """The joints of hands that should hold something and do not, by robot [rad or m].
+
+        They have closed beyond it; or, while another hand still gives it, not far enough: then that one must not open.
+        """
         found = {}
+        given = {name for name in self.scene.movable if belief.held_by_giver(name) is not None}
+        takers = {belief.holder(name) for name in given}
+        givers = {hold[0] for name in given if (hold := belief.held_by_giver(name)) is not None}
         holders = {belief.holder(name) for name in self.scene.movable} - {None}
-        givers = {given[0] for name in self.scene.movable if (given := belief.held_by_giver(name)) is not None}
         for robot in sorted({*map(str, holders), *givers}):
             own = self.scene.robots[robot]
             if own.gripper is None:
@@ -368,7 +373,8 @@ class Watch:
             for number, joint in enumerate(own.gripper.joints, own.planned):
                 closing = own.gripper.closed.get(joint, 0.0) - own.gripper.open.get(joint, 0.0)
                 beyond = (state.positions[robot][number] - belief.state.robots[robot][number]) * np.sign(closing)
-                if beyond > CLOSED_ON_NOTHING * abs(closing) > 0.0:
+                off = abs(beyond) if robot in takers else beyond
+                if off > CLOSED_ON_NOTHING * abs(closing) > 0.0:
                     found[robot] = state.positions[robot][own.planned :]
         return found
 

@@ -4,6 +4,7 @@ A motion that was proven is as free when the rest of it begins at rest, or when 
 moved. Whether something has, the verifier finds out: it judges the way in the scene as it is observed. Going back, a hand
 puts down what it has taken. A hand with something between its fingers, lost or half taken, opens where it is first: until
 it is open it is said to hold what stands there, as only what a hand holds may touch its fingers; the arm rests meanwhile.
+What another hand gives is said to be in that one again before the first one opens.
 Robots that have moved at once go on, or back, one after the other.
 """
 
@@ -24,6 +25,7 @@ from kabo.geometry_server.foresight.starts import start_faults
 from kabo.language import recorded_files
 from kabo.motion import Held
 from kabo.motion.timed_motion import timed_path
+from kabo.motion.trajectory import Trajectory
 from kabo.options import Options
 from kabo.plan import Node, Plan, Segment
 from kabo.planner.certify.certifying import certified
@@ -33,6 +35,7 @@ from kabo.scene import Component, Scene, attachment, beginning_at, motion_limits
 from kabo.scene.transforms import inverse
 
 NODE, GOAL = "n0", "n1"
+REGRIP = 0.1  # [s] for which a hand that gives something stands still while it presses on it again
 
 
 class NoWayError(Exception):
@@ -93,6 +96,7 @@ class _Way:
         self.executed, self.between = interruption.executed, between
         self.scene = _with_held(beginning_at(scene, interruption.state.geometry), between)
         self.belief = Belief(self.scene, self.scene.start)
+        self.hands = {body: interruption.state.geometry.objects[body].parent for body in between}  # of givers
         self.time = 0.0  # [s]
 
     def on(self, *, shifted_in_hands: bool) -> Plan:
@@ -139,7 +143,7 @@ class _Way:
 
     def back(self) -> Plan:
         """The executed part of the node's motion, the last segment first, each in reverse."""
-        lost = {body for body, _ in self.interruption.lost}
+        lost, given_back = {body for body, _ in self.interruption.lost}, set[str]()
         motion = self._opening()
         for each in reversed(self.executed):
             segment, whole = self._planned(each), each.until is None
@@ -151,12 +155,13 @@ class _Way:
             if segment.joints != self.scene.robots[segment.robot].planned_joints:
                 rows = rows[:1]  # where a hand is now, it may be beyond where it was sent
             holds = self._holds(segment.robot)
-            took = tuple(name for name, _ in segment.attach if whole and name in holds)
+            took = tuple(name for name, _ in segment.attach if whole and name in holds | given_back)
             gave = [name for name in segment.detach if whole and name not in holds]
             tool = self.scene.robots[segment.robot].tool
             if gave and (tool is None or lost & set(gave)):
                 raise NoWayError(f"{segment.robot} has let go of {gave[0]}")
             attach = tuple((name, f"{segment.robot}.{tool.frame}") for name in gave) if tool is not None else ()
+            given_back |= {name for name in gave if self.belief.holder(name) is not None}
             motion.append(self._segment(segment, rows[::-1], attach, took))
         return self._plan("undo", motion)
 
@@ -186,11 +191,35 @@ class _Way:
             row = tuple(gripper.open.get(joint, now[joint]) for joint in robot.gripper_joints)
             if np.allclose(row, [now[joint] for joint in robot.gripper_joints]):
                 raise NoWayError(f"the hand of {name} is open")
+            found += [self._given_back(body) for body in bodies if self.hands[body] != "world"]
             pairs = tuple((link, body) for body in bodies for link in gripper.touch_links)
             here = tuple(now[joint] for joint in robot.gripper_joints)
             planned = Segment(name, robot.gripper_joints, (here,), (0.0,), "undo", allowed_contacts=pairs)
             found.append(self._segment(planned, [row], (), tuple(bodies)))
         return found
+
+    def _given_back(self, body: str) -> Segment:
+        """A moment in which the hand that gives a body presses on it again, and nothing moves: from then on it has it."""
+        parent = self.hands[body]
+        giver = parent.partition(".")[0]
+        robot, q = self.scene.robots[giver], self.belief.state.robots[giver]
+        assert robot.gripper is not None
+        joints = robot.gripper_joints
+        here = tuple(q[robot.joint_names.index(joint)] for joint in joints)
+        times = (self.time, round(self.time + REGRIP, 6))
+        made = Segment(
+            robot.name,
+            joints,
+            (here, here),
+            times,
+            "undo",
+            attach=((body, parent),),
+            allowed_contacts=tuple((link, body) for link in robot.gripper.touch_links),
+            trajectory=Trajectory.linear(joints, (here, here), times),
+        )
+        self.time = times[-1]
+        self.belief.finish(made)
+        return made
 
     def _planned(self, each: Executed) -> Segment:
         return self.interruption.plan.nodes[each.node].motion[each.segment]
@@ -215,7 +244,7 @@ class _Way:
         timed = timed_path(
             _distinct([here, *rows]), motion_limits(robot, planned.joints), held=heaviest if arm else None
         )
-        last, handled = len(timed.waypoints) - 1, holds | {body for body, _ in attach}
+        last, handled = len(timed.waypoints) - 1, holds | {body for body, _ in attach} | {*detach}
         trajectory = timed.trajectory(planned.joints, start=self.time) if last else None
         made = replace(
             planned,

@@ -119,7 +119,10 @@ class Replanner:
         for finding in report.findings:
             links = [thing for thing in finding.bodies if thing in fingers]
             bodies = [thing for thing in finding.bodies if thing in self.scene.movable]
-            if links and bodies and interruption.state.geometry.objects[bodies[0]].parent == "world":
+            if not links or not bodies:
+                continue
+            parent = interruption.state.geometry.objects[bodies[0]].parent
+            if parent == "world" or (bodies[0], fingers[links[0]]) in interruption.lost:
                 found[bodies[0]] = fingers[links[0]]
         return found
 
