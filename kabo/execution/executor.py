@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 from math import ceil
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from kabo.execution.interruptions import (
 )
 from kabo.execution.log import Log
 from kabo.execution.protocols import Robot, RobotFailed, Sensor
+from kabo.execution.repetitions import Repetitions
 from kabo.execution.runs import Run
 from kabo.execution.settings import USUAL, ExecutionSettings
 from kabo.execution.watching import Surprise
@@ -39,7 +39,6 @@ from kabo.verify import Report
 
 AT_REST, MOST_RESTS = 2e-4, 30  # [m, or of a turn] within which a body stays between two looks; how many looks
 RESTING_PICTURES = 4.0  # of a slow camera, for which is waited as well: two that are alike, and one that was lost
-MOST_ALIKE = 3  # surprises by one thing at one node, until the run ends
 
 
 def execute(
@@ -76,14 +75,6 @@ def execute(
     return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop, recovery, report).run()
 
 
-class _Recovered(NamedTuple):
-    """A surprise after which the run went on: nodes done before, the thing, and whether it was on a way out of a node."""
-
-    done: int
-    thing: str
-    on_way: bool
-
-
 class _Executor(Carrier):
     """A run: the plan, and after each surprise the one that it goes on with."""
 
@@ -102,9 +93,7 @@ class _Executor(Carrier):
         super().__init__(plan, scene, robot, sensor, settings, log, stop, report)
         self.recovery = recovery
         self.followed: list[tuple[str, str | None]] = []  # nodes of former plans
-        self.recoveries = 0
-        self.recovered: list[_Recovered] = []
-        self.answered: Surprise | None = None  # the last of these
+        self.repetitions = Repetitions(settings.most_recoveries)
         self.rest: Answer | None = None  # with what a plan begins, whose whole is being made
 
     def run(self) -> Run:
@@ -189,7 +178,7 @@ class _Executor(Carrier):
         if self.robot is None or self.scene is None or not self.plan.nodes[self.name].motion:
             return
         state = self.robot.state()
-        if not self.recoveries and not self.history and self.plan.start is not None:
+        if not self.repetitions.answers and not self.history and self.plan.start is not None:
             held = {self.belief.holder(body) for body in self.scene.movable}
             for name in sorted(set(state.pressing) - held):
                 raise Stopped(f"the hand of {name} presses already, and the plan does not know what it holds")
@@ -250,17 +239,14 @@ class _Executor(Carrier):
         """Checks that it may go on after a surprise, and counts it; one on a way out of a node ends only the way.
 
         Raises:
-            Stopped: it may not, or the same thing has surprised at the same node again and again.
+            Stopped: it may not, or the same thing has surprised at the same action again and again.
         """
-        if self.recovery is None or stop.surprise is None or self.recoveries >= self.settings.most_recoveries:
+        if self.recovery is None or stop.surprise is None:
             raise Stopped(*stop)
-        self.recoveries += 1
-        if stop.surprise is not self.answered:  # after a way out of a node it is still the same
-            self.answered = stop.surprise
-            now = _Recovered(len(self.followed) + len(self.history), stop.surprise.thing, on_way)
-            if not on_way and self.recovered.count(now) >= MOST_ALIKE:
-                raise Stopped(f"{stop.reason}, again and again", stop.surprise)
-            self.recovered.append(now)
+        done = len(self.followed) + len(self.history)
+        given_up = self.repetitions.add(stop, self.plan.nodes[self.name], done, on_way=on_way)
+        if given_up is not None:
+            raise Stopped(f"{stop.reason}, {given_up}".removesuffix(", "), stop.surprise)
 
     def _answer(self, stop: Stop) -> Answer:
         """How to go on from where all rests, as the recovery says; it has a plan.
@@ -274,8 +260,7 @@ class _Executor(Carrier):
         if surprise.kind == "gone":  # it may be anywhere: nothing that moves is proven
             known = stop.surprise.kind == "gone"
             raise Stopped(stop.reason if known else f"{stop.reason}; {surprise.sentence}", surprise)
-        *before, last = [each[:2] for each in self.recovered]
-        again = last in before
+        again = self.repetitions.is_again()
         self._count_ended()
         state, lost = self._state(exact=again)  # what was taken out may be what surprised
         if lost:

@@ -171,3 +171,19 @@ def test_what_is_shifted_while_it_is_given_arrives(giving: Case, falls: int) -> 
     run = carried_out(giving, robot)
     assert run.reached_goal, run.reason
     assert run.surprise is None and abs(world_T(giving[1], robot.world, "rod")[0, 3] - 0.8) < 0.1
+
+
+class DroppingRobot(GivingRobot):
+    """The rod falls at each handover, as soon as the giver opens."""
+
+    def release(self, robot: str, bodies: tuple[str, ...]) -> None:
+        super().release(robot, bodies)
+        if robot == "gantry" and self.holder() == "other":
+            self.last = self._follower.time + 0.1
+
+
+def test_what_falls_at_every_handover_ends_the_run_with_this_reason(giving: Case) -> None:
+    run = carried_out(giving, DroppingRobot(giving[1]))
+    assert not run.reached_goal
+    assert "again and again: rod has surprised 4 times at give(gantry, rod, other), the run gives up" in run.reason
+    assert [each["kind"] for each in run.log.of("answer")] == ["replan"] * 3
