@@ -53,6 +53,7 @@ class SceneSurroundings:
         self._own_poses: dict[Attachment, Array] = {}
         self._lasting = Lasting.of(scene, budget, exact, clearance)
         self._memory: OrderedDict[tuple[object, ...], Any] = OrderedDict()
+        self._noted: dict[tuple[object, ...], Any] = {}
 
     @property
     def look(self) -> Callable[[], None]:
@@ -213,9 +214,15 @@ class SceneSurroundings:
         """As `remembered`, for what the key and the loaded scene alone determine: whoever loads the scene finds it."""
         return self._lasting.found(key, make)
 
+    def noted(self, key: tuple[object, ...], make: Callable[[], Any]) -> Any:
+        """As `remembered`, for the few results that are never dropped."""
+        if key not in self._noted:
+            self._noted[key] = make()
+        return self._noted[key]
+
     def recalled(self, key: tuple[object, ...]) -> Any:
-        """The cached result for `key`; None if there is none."""
-        return self._memory.get(key)
+        """The result that is noted for `key`; None if there is none."""
+        return self._noted.get(key)
 
     def _on(self, situation: Situation, parent: str, own: Array) -> list[Array]:
         """The poses (4, 4) in the world of what has its own pose in the frame of a link or of another body."""

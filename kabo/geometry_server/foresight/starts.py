@@ -16,6 +16,7 @@ from kabo import geometry  # its names load when they are used: python-fcl only 
 from kabo.arrays import Array
 from kabo.errors import InputError
 from kabo.geometry import Solid
+from kabo.geometry_server.foresight.clutches import clutch
 from kabo.geometry_server.foresight.measures import millimetres
 from kabo.geometry_server.foresight.things import Thing, placed, things_at_start
 from kabo.geometry_server.predicates import ScenePredicates
@@ -24,7 +25,7 @@ from kabo.geometry_server.support_relations import supports, why_unsupported
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene.transforms import inverse
 
-KEY = "start faults"  # of what surroundings remember
+KEY = "start faults"  # of what surroundings note
 TOUCHING = 1e-4  # [m]: as far as constraints of placements hold, and as deep as what stands may lie in its support
 MAX_STEPS = 60  # of an object that is let down until it touches
 
@@ -37,7 +38,7 @@ class StartFault:
     nothing is below it. `proven`: exact geometry says so; if not, epsilon decides.
     """
 
-    kind: Literal["overlap", "inside", "near", "floating", "unsupported", "loose"]
+    kind: Literal["overlap", "inside", "near", "floating", "unsupported", "loose", "clutched"]
     things: tuple[str, ...]
     said: str
     hint: str
@@ -50,7 +51,7 @@ def start_faults(surroundings: SceneSurroundings, *, parts: bool = True) -> tupl
 
     Without `parts` no convex part is made, and things that are only near are not told.
     """
-    found: tuple[StartFault, ...] = surroundings.remembered(
+    found: tuple[StartFault, ...] = surroundings.noted(
         (KEY, parts), lambda: tuple(_Start(surroundings, parts).faults())
     )
     return found
@@ -112,7 +113,7 @@ class _Start:
             ):
                 hanging = list(self._unsupported(own))
             if own.name in self.holders:
-                hanging = list(self._loose(own))
+                hanging = [*self._loose(own), *self._clutched(own)]
             above = {fault.things for fault in hanging}
             yield from (fault for fault in pairs if fault.things not in above)
             yield from hanging
@@ -140,6 +141,21 @@ class _Start:
             said = f"{own.name} is held by {robot} at the start, but {millimetres(apart)} away from its fingers"
             hint = "close the hand around it, or say where it is"
             yield StartFault("loose", (own.name,), said, hint, apart)
+
+    def _clutched(self, own: Thing) -> Iterator[StartFault]:
+        """A fault if a hand holds an object such that it cannot let go of it: its open fingers would overlap it."""
+        robot = self.holders[own.name]
+        found = clutch(self.scene, robot, own.name, self.things)
+        if found is None:
+            return
+        depth = max(float(_depths(own, found.opened).max()), float(_depths(found.opened, own).max()))
+        if depth > TOUCHING:
+            said = (
+                f"{own.name} sits in the hand of {robot} such that it cannot be let go of: when the hand is open, "
+                f"{found.finger} and {own.name} overlap by up to {millimetres(depth)}, proven"
+            )
+            hint = f"turn or shift {own.name} in the hand, or take it out and say where it is"
+            yield StartFault("clutched", (own.name, found.finger), said, hint, depth)
 
     # --------------------------------------------------------------------------------------------------- pairs
     def _pair(
