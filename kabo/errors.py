@@ -138,8 +138,10 @@ def naming(**files: os.PathLike[str] | str | None) -> Iterator[None]:
         raise InputError(named) from error.__cause__
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str | None:
-    """The remedy `did you mean "…"?` with the known word nearest to `word`, or None if none is near."""
+def did_you_mean(word: object, known: Iterable[str]) -> str | None:
+    """The remedy `did you mean "…"?` with the known word nearest to `word`, or None if none is near, or it is no word."""
+    if not isinstance(word, str):
+        return None
     near = difflib.get_close_matches(word, sorted(known), n=1)
     return f'did you mean "{near[0]}"?' if near else None
 

@@ -4,8 +4,9 @@ A check says what was given and what was expected. Rooms call these at their doo
 """
 
 import math
+import operator
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Final, NoReturn
@@ -46,6 +47,16 @@ def require_given(name: str, given: object, *kinds: type[Any]) -> None:
     raise ArgumentError(name, f"{name} must be a {first}{made}, and is {is_there}{hint}")
 
 
+def require_all(**given: tuple[object, *tuple[type[Any], ...]]) -> None:
+    """Checks several arguments by `require_given`: each with the kinds that it may be of.
+
+    Raises:
+        ArgumentError: one is of none of its kinds.
+    """
+    for name, (each, *kinds) in given.items():
+        require_given(name, each, *kinds)
+
+
 def require_number(
     name: str,
     given: object,
@@ -74,7 +85,7 @@ def require_number(
     kind = Integral if whole else Real
     value: float | None = None
     if isinstance(given, kind) and not isinstance(given, bool):
-        value = int(given) if whole else as_float(given)
+        value = operator.index(given) if whole else as_float(given)
         most = LARGEST_WHOLE if whole and value > LARGEST_WHOLE else most
         finite = whole or endless or math.isfinite(value)
         if finite and least <= value <= most and (above is None or value > above):
@@ -120,6 +131,44 @@ def require_function(name: str, given: object) -> None:
     """
     if not callable(given):
         refuse(name, f"{name} must be a function, not {shown(given)}")
+
+
+def require_functions(**given: object) -> None:
+    """Checks that arguments can be called; None is an argument that was not given.
+
+    Raises:
+        ArgumentError: one cannot.
+    """
+    for name, each in given.items():
+        if each is not None:
+            require_function(name, each)
+
+
+def require_methods(name: str, given: object, *methods: str) -> None:
+    """Checks that an argument has what a protocol asks for.
+
+    Raises:
+        ArgumentError: it lacks something; says what.
+    """
+    lacking = [each for each in methods if not hasattr(given, each)]
+    if lacking:
+        refuse(name, f"{name} must have {', '.join(lacking)}, and is {shown(given)}")
+
+
+def require_procedures(given: object) -> Mapping[str, Callable[..., Any]]:
+    """The functions by the names of procedures that a caller gives; none of None.
+
+    Raises:
+        ArgumentError: they are no mapping, a name is no text, or something is no function.
+    """
+    if given is None:
+        return {}
+    require_given("procedures", given, Mapping)
+    assert isinstance(given, Mapping)
+    for name, function in given.items():
+        require_given("the name of a procedure", name, str)
+        require_function(f"the procedure {name}", function)
+    return given
 
 
 def require_path(name: str, given: object) -> Path:

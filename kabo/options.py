@@ -22,6 +22,7 @@ Quality: TypeAlias = Literal["fast", "good"]
 
 SMALLEST_EPSILON, LARGEST_EPSILON = 1e-6, 0.3  # m: the tolerances that geometric predicates can keep
 LARGEST_CLEARANCE = 0.3  # m
+MOST_WORKERS = 1000  # processes
 
 _Default = TypeVar("_Default")
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -282,6 +283,15 @@ def require_seed(seed: int) -> int:
         ArgumentError: it is no whole number from 0 on.
     """
     return int(OPTIONS["seed"].require(seed))
+
+
+def require_workers(workers: int) -> int:
+    """The number of processes that a caller gives.
+
+    Raises:
+        ArgumentError: it is no whole number from 1 to `MOST_WORKERS`.
+    """
+    return int(require_number("workers", workers, 1, MOST_WORKERS, whole=True))
 
 
 def takes_options(function: _Function) -> _Function:
