@@ -4,7 +4,6 @@ A check says what was given and what was expected. Rooms call these at their doo
 """
 
 import math
-import operator
 import os
 from collections.abc import Callable, Iterable, Mapping
 from numbers import Integral, Real
@@ -47,7 +46,7 @@ def require_given(name: str, given: object, *kinds: type[Any]) -> None:
     raise ArgumentError(name, f"{name} must be a {first}{made}, and is {is_there}{hint}")
 
 
-def require_all(**given: tuple[object, *tuple[type[Any], ...]]) -> None:
+def require_all(**given: tuple[Any, ...]) -> None:
     """Checks several arguments by `require_given`: each with the kinds that it may be of.
 
     Raises:
@@ -82,10 +81,9 @@ def require_number(
     Raises:
         ArgumentError: it is no such number; says which is expected.
     """
-    kind = Integral if whole else Real
-    value: float | None = None
+    kind: Any = Integral if whole else Real
     if isinstance(given, kind) and not isinstance(given, bool):
-        value = operator.index(given) if whole else as_float(given)
+        value: float = int(given) if whole else as_float(given)
         most = LARGEST_WHOLE if whole and value > LARGEST_WHOLE else most
         finite = whole or endless or math.isfinite(value)
         if finite and least <= value <= most and (above is None or value > above):
