@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
-from kabo.given import refuse, require_number
+from kabo.given import refuse, require_number, shown
 from kabo.motion.bernstein import MAX_DEGREE, derivative, ranges, recentred, values
 from kabo.motion.following import place_on_path
 from kabo.motion.rounding import rounded_coefficients
@@ -144,9 +144,10 @@ class Trajectory:
         Before the beginning and after the end the motion stands still. At a border of pieces the later piece counts.
 
         Raises:
+            ArgumentError: a time is no number.
             ValueError: the order is negative.
         """
-        wanted = np.asarray(times, np.float64)
+        wanted = _numbers("times", times)
         clipped = np.minimum(np.maximum(wanted, self.times[0]), self.times[-1])
         k = np.minimum(np.searchsorted(self.knots, clipped, side="right"), len(self.coefficients)) - 1
         value = values(derivative(self.padded[k], order), (clipped - self.knots[k])[..., None])
@@ -312,3 +313,18 @@ def _trimmed(padded: Array) -> Coefficients:
         tuple(tuple(own[:length]) for own, length in zip(piece, counts, strict=True))
         for piece, counts in zip(rows, lengths.tolist(), strict=True)
     )
+
+
+def _numbers(name: str, given: ArrayLike) -> Array:
+    """The numbers that a caller gives.
+
+    Raises:
+        ArgumentError: one is none.
+    """
+    try:
+        numbers = np.asarray(given, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        refuse(name, f"{name} must be numbers, not {shown(given)}")
+    if np.isnan(numbers).any():
+        refuse(name, f"{name} must be numbers, and one is NaN")
+    return numbers

@@ -58,7 +58,7 @@ def verify_plan(
         >>> kabo.verify(problem, kabo.solve(problem).plan)
         <Report verified: 2 outcomes>
     """
-    require_all(plan=(plan, Plan), start=(start, State, type(None)), changes=(changes, Sequence))
+    require_all(plan=(plan, Plan), start=(start, State, type(None)), changes=(changes, list, tuple))
     problem = _problem(problem, plan)
     if procedures := require_procedures(procedures):
         seed = plan.options.get("seed")

@@ -1,5 +1,6 @@
 """The page in Python: `view` writes and opens it, and notebooks show it in a frame."""
 
+import os
 import sys
 import tempfile
 import webbrowser
@@ -71,7 +72,7 @@ def view(
     if isinstance(thing, str | Path):
         named = None if problem is None else problem.path
         file = require_path("thing", thing)
-        if not file.exists():
+        if not os.path.exists(file):  # False for too long a name, too
             raise InputError([missing_file(file)])
         document = document_of_file(file, ViewOptions(problem=named))
     else:

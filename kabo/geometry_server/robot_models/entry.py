@@ -1,5 +1,6 @@
 """From a URDF to the text of a scene in one call, and the file and the name that a user means."""
 
+import os
 from pathlib import Path
 from types import NoneType
 
@@ -10,7 +11,7 @@ from kabo.given import require_given, require_path
 from kabo.language.names import proper_name
 from kabo.language.recorded_paths import installed_folder
 from kabo.language.robot_files.packages import package_folder, searched_places
-from kabo.options import require_epsilon
+from kabo.options import OPTIONS
 
 DEFAULT_EPSILON = 0.01  # [m]
 
@@ -40,7 +41,7 @@ def robot_scene(
         ArgumentError: an argument is of a wrong kind, or no such number.
         InputError: a file does not exist or has errors: all of them; or what was chosen does not exist.
     """
-    require_epsilon(epsilon)
+    OPTIONS["epsilon"].require(epsilon)
     for argument, given in (("name", name), ("tip", tip), ("group", group)):
         require_given(argument, given, str, NoneType)
     folder = None if folder is None else require_path("folder", folder)
@@ -65,7 +66,7 @@ def existing_file(text: str, what: str) -> Path:
             hint = f"looked for in {searched_places()}, and among installed packages"
             raise InputError([Diagnostic(what, 1, 1, f'unknown package "{package}"', hint)])
         path = folder / rest
-    if not path.is_file():
+    if not os.path.isfile(path):  # False for too long a name, too
         raise InputError([Diagnostic(what, 1, 1, f'"{text}": there is no such file', f"looked for {path}")])
     return path
 
