@@ -173,10 +173,10 @@ def require_path(name: str, given: object) -> Path:
     """The path that a caller gives, as a text or a `Path`.
 
     Raises:
-        ArgumentError: it is neither, or names no file: it is empty, or has a null character.
+        ArgumentError: it is neither, or is empty.
     """
     if isinstance(given, str | os.PathLike) and isinstance(text := os.fspath(given), str):
-        if text and "\0" not in text:
+        if text:
             return Path(text)
         refuse(name, f"{name} must name a file, not {shown(given)}")
     refuse(name, f"{name} must be a path, not {shown(given)}")
@@ -190,7 +190,7 @@ def require_output(name: str, given: object) -> Path:
     """
     path = require_path(name, given)
     try:
-        fits = path.parent.is_dir() and not path.is_dir()
+        fits = path.parent.is_dir() and not path.is_dir() and "\0" not in path.name
     except OSError:  # too long a name
         fits = False
     if not fits:
@@ -210,8 +210,9 @@ def read_file(name: str, given: object) -> bytes:
         return path.read_bytes()
     except FileNotFoundError:
         raise InputError([missing_file(path)]) from None
-    except OSError as error:
-        raise InputError([Diagnostic(str(path), 1, 1, f"the file cannot be read: {error.strerror}")]) from None
+    except (OSError, ValueError) as error:  # ValueError: a null character in the path
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError([Diagnostic(str(path), 1, 1, f"the file cannot be read: {reason}")]) from None
 
 
 def missing_file(path: Path) -> Diagnostic:

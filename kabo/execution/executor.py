@@ -33,7 +33,7 @@ from kabo.execution.protocols import Robot, RobotFailed, Sensor
 from kabo.execution.runs import Run
 from kabo.execution.settings import USUAL, ExecutionSettings
 from kabo.execution.watching import Surprise
-from kabo.given import require_function, require_functions, require_given, require_methods
+from kabo.given import require_function, require_given, require_methods
 from kabo.plan import Plan, State, state_after
 from kabo.scene import Scene
 from kabo.verify import Report
@@ -79,9 +79,10 @@ def execute(
     require_given("report", report, Report, NoneType)
     require_methods("sensor", sensor, "resolve", "value", "poses")
     if robot is not None:
-        require_methods("robot", robot, "follow", "measure")
+        require_methods("robot", robot, "follow", "stop", "grip", "release", "state", "wait")
     require_function("stop", stop)
-    require_functions(recovery=recovery)
+    if recovery is not None:
+        require_methods("recovery", recovery, "answer")
     return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop, recovery, report).run()
 
 

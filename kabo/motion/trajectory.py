@@ -161,7 +161,7 @@ class Trajectory:
         Raises:
             ArgumentError: the rate is no positive number, or there would be more than 10^8 samples.
         """
-        rate = require_number("rate", rate, above=0.0, unit="Hz")
+        rate = require_number("rate", rate, above=0.0, endless=True, unit="Hz")
         if self.duration * rate > MAX_SAMPLES:
             refuse("rate", f"at {rate} Hz this motion has more than {MAX_SAMPLES} samples")
         steps = np.arange(np.ceil(self.duration * rate - 1e-9))
