@@ -36,6 +36,7 @@ class StopFlag:
     ) -> None:
         self.began = perf_counter()
         self.seconds, self.memory, self.cancelled = seconds, memory, cancelled
+        self.reserve = 0.0  # of the seconds, at their end: for what is to be said if nothing was found
         self.samples: Callable[[], bool] | None = None  # whether too many were drawn; None before any can be drawn
         self.told: Callable[[], None] | None = None  # called at a look, at most ten times a second
         self.spent: Spent | None = None
@@ -51,7 +52,7 @@ class StopFlag:
                 self.told()
             if self.cancelled is not None and self.cancelled():
                 self.spent, self.interrupted = "time", True
-            elif now - self.began > self.seconds:
+            elif now - self.began > self.seconds - self.reserve:
                 self.spent = "time"
             elif self.samples is not None and self.samples():
                 self.spent = "samples"
@@ -65,7 +66,7 @@ class StopFlag:
         return None if self.seconds == inf else max(0.0, self.seconds - (perf_counter() - self.began))
 
     def timely(self) -> "StopFlag":
-        """A new flag with the same time and memory limits and the same start, but without a limit on samples."""
+        """A new flag with the same time and memory limits and start, but no reserve, and no limit on samples."""
         flag = StopFlag(self.seconds, self.memory, self.cancelled)
         flag.began, flag.told = self.began, self.told
         return flag

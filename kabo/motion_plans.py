@@ -285,12 +285,13 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
             name, f"at the {name} {pair[0]} is not on its floor, {pair[1]}", "choose another configuration"
         )
     state = scene.situation.first.replace({robot: tuple(map(float, q))})
-    bounds = ScenePredicates(scene.context.surroundings, state).distance(*pair)
+    surroundings = scene.context.surroundings
+    bounds = ScenePredicates(surroundings, state).distance(*pair)
     if bounds.lower < 0.0:
         depth = f"{-1000 * bounds.lower:.1f}"
         how = "touch" if depth == "0.0" else f"overlap by up to {depth} mm"
     elif bounds.lower < (wanted := _kept(scene, pair)):
-        what = f"at the {name} {told_distance(pair, bounds.lower, wanted)}"
+        what = f"at the {name} {told_distance(pair, bounds.lower, wanted, surroundings.budget.epsilon)}"
         raise fault(name, what, "choose another configuration, a smaller clearance, or let less be uncertain")
     else:
         how = f"are {1000 * bounds.lower:.2f} mm apart, too near for a proof with this epsilon"

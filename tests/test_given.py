@@ -3,6 +3,7 @@
 import pickle
 import re
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import kabo
+from kabo import execution, simulation
 from kabo.errors import ArgumentError
 from kabo.execution import KnownTruth, execute
 
@@ -171,3 +173,16 @@ def test_a_motion_is_planned_in_the_scene_of_a_file():
     there = {"panda_joint1": 0.1}
     found = kabo.plan_motion(SCENE, "arm", "home", there)
     assert found == kabo.plan_motion(kabo.load_scene(SCENE), "arm", "home", there)
+
+
+def test_what_plans_are_carried_out_and_exported_with_is_checked(plan: kabo.Plan):
+    scene = kabo.load_scene(SCENE)
+    for kind in (execution.ExecutionSettings, simulation.PhysicsSettings):
+        for name in (each.name for each in fields(kind)):
+            _refused(name, lambda value, make=kind, name=name: make(**{name: value}), [NAN, "1", -1.0, object()])
+    _refused("rate", lambda value: execution.KinematicRobot(scene, rate=value), [*NO_LENGTHS, 0.0])
+    _refused("delay", lambda value: execution.KinematicRobot(scene, delay=value), [*NO_LENGTHS, 1e9])
+    _refused("position", execution.PoseNoise, NO_LENGTHS)
+    _refused("rate", lambda value: kabo.export(plan, "csv", rate=value), [NAN, "1", True, object()])
+    _refused("node", lambda value: kabo.export(plan, "csv", node=value), [3, [], object()])
+    _refused("sensor", lambda value: execution.execute(plan, None, None, value), [3, "x", None])

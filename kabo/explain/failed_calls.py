@@ -159,6 +159,7 @@ class _Examiner:
             self.procedures.again(call, where.situation, where.attempt, 0, seen.observe, self.enough)
         if not seen.attempts:  # there was nothing to try
             seen.attempts.append(Refusal(where.refusal.reason))
+        kept = None if where.refusal.proof else clearance_measure(self.asked, call, where, self.stop)
         nearer, robot = self._nearer(call, where, seen)
         missing = min((found.metres for found in nearer), default=where.refusal.missing) or None
         rows = tuple(self._rows(seen, missing))
@@ -169,11 +170,10 @@ class _Examiner:
         floor = None if robot is None else self._floor(robot)
         found = Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer, floor)
         measures = self._measures(where, seen, () if floor is not None else nearer, robot)
-        if 2 * found.because_of_epsilon > found.refused:
+        alone = kept
+        if alone is None and 2 * found.because_of_epsilon > found.refused:
             alone = epsilon_measure(self.asked, call, where, self.stop)
-            measures = measures if alone is None else (*measures, alone)
-        kept = None if found.proof else clearance_measure(self.asked, call, where, self.stop)
-        measures = measures if kept is None else (*measures, kept)
+        measures = measures if alone is None else (*measures, alone)
         needed, handed, shown = call in self.needed, self._handed_by(call, where), self._samples(where, seen, rows)
         return replace(found, measures=measures, needed=needed, handed_by=handed, samples=shown)
 

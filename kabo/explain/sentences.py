@@ -78,6 +78,9 @@ def why(finding: Finding, epsilon: float) -> str:
     wide = _too_wide(finding)
     if reason == "collision" and wide is not None:
         return _sentence(wide, finding.call)
+    kept = next((each.said for each in finding.measures if each.decides_alone and not each.epsilon), None)
+    if kept is not None:
+        return f"It was refused only because of the distance that is to be kept: {kept}."
     share = finding.because_of_epsilon
     samples = _of(share, finding.refused)
     if 2 * share > finding.refused:

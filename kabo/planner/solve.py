@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # Python 3.11 has it itself, older ones in a package that onl
 
 _LOG = logging.getLogger("kabo.planner")
 SHOWN_REFUSALS = 12  # calls that a reason names
+SHARE_FOR_REASON, MOST_FOR_REASON_S = 0.1, 2.0  # of the time limit, kept for finding out why there is no plan
 
 
 @takes_options
@@ -205,20 +206,23 @@ def _with_geometry(run: SolveRun, task: GroundedTask) -> Result:
     run.refusals = lambda: refused_so_far(server)
     if run.on_procedures is not None:
         run.on_procedures(server)
+    run.stop.reserve = min(SHARE_FOR_REASON * run.stop.seconds, MOST_FOR_REASON_S)
     run.stop.cancelled = Telling(run, task, server, lambda result: with_start_faults(result, server, late=True))
     with ProcedureWorkers(server, run.workers, run.stop) as workers:
         rounds = GeometricRounds(run, task, server, workers.expect)
         found = planned(run, task, rounds)
         if isinstance(found, tuple):
+            run.stop.reserve = 0.0
             return finished(run, found, server)
         geometry = rounds.geometry
         cut_off = isinstance(found, Exhausted)
         failures = unsuccessful_calls(geometry, server) if cut_off else geometry.failures()
         late = run.stop.spent == "time"
+        failures = needed_first(task, failures)
         if not late:
-            failures = with_bases(needed_first(task, failures), server)
-            for explained in (with_clearance, with_epsilon):
-                failures = explained(failures, server, run.stop.timely())
+            failures = with_bases(failures, server)
+        for explained in (with_clearance, with_epsilon):  # in the reserve, if the time is spent
+            failures = explained(failures, server, run.stop.timely())
         result = without_plan(run, task, found, statistics_of(run, server), failures, proved=geometry.proved())
         return with_start_faults(result, server, late=late)
 

@@ -34,6 +34,11 @@ class Measure:
         return abs(self.found - self.required)
 
     @property
+    def decides_alone(self) -> bool:
+        """Whether the attempt passes if only epsilon were finer, or less distance were kept."""
+        return self.epsilon or self.name == "clearance"
+
+    @property
     def text(self) -> str:
         """The clause, with what is known about its certainty."""
         return (

@@ -14,7 +14,7 @@ from kabo.arrays import Array
 from kabo.geometry_server.foresight.things import Thing, placed, things_at_start
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
-from kabo.meshes.soundness import examine
+from kabo.meshes.soundness import is_closed
 from kabo.scene import Scene
 
 NEAR = 1e-3  # [m] within which things may touch, and less than which nothing is told
@@ -53,7 +53,7 @@ def tips_over(
     Whatever it may stand on counts, robots do not; `support` is what it should stand on. Of what other objects hang on,
     nothing is said.
     """
-    (own_middle,) = surroundings.remembered(
+    (own_middle,) = surroundings.lasting(
         ("middle", name), lambda: (middle_of(Thing.at(name, surroundings.scene.bodies[name].mesh, np.eye(4))),)
     )
     if own_middle is None or situation.group(name) != (name,):
@@ -134,7 +134,7 @@ def _carrying(points: Array) -> Array:
 
 def middle_of(own: Thing) -> Array | None:
     """The middle (3,) of an object's mass; None if its surfaces enclose nothing."""
-    return _middle(own.triangles) if examine(own.mesh).is_closed else None
+    return _middle(own.triangles) if is_closed(own.mesh) else None
 
 
 def _below(own: Thing, met: list[Thing]) -> list[Thing]:

@@ -9,10 +9,10 @@ from dataclasses import replace
 
 from kabo.geometry_server import GeometryServer, Measure, Refusal, millimetres
 from kabo.language.formulas import GroundCall
-from kabo.planner.geometry.epsilon_alone import Repeated, with_measures
+from kabo.planner.geometry.epsilon_alone import Passing, Repeated, with_measures
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.tasks.records import Where
-from kabo.tasks.robots.motion.kept_distances import kept_between, told_distance
+from kabo.tasks.robots.motion.kept_distances import told_distance
 
 
 def with_clearance(
@@ -41,17 +41,12 @@ class _Unkept(Repeated):
         scene = replace(given.scene, uncertain={})
         return GeometryServer(scene, self.epsilon, given.seed, given.surroundings.exact, self.stop)
 
-    def _told(self, passing: Sequence[Refusal], blocked: int) -> Measure:
-        found = [(apart, self._wanted(each), each) for each in passing if (apart := self._apart(each)) is not None]
+    def _told(self, passing: Sequence[Passing], looked: int) -> Measure:
+        found = [(each.apart - each.wanted, each.apart, each) for each in passing if each.apart is not None]
         if not found:
-            wanted = max((self._wanted(each) for each in passing if each.pairs), default=0.0)
-            said = f"{len(passing)} of {blocked} attempts would pass if no {millimetres(wanted)} were to be kept"
+            wanted = max((each.wanted for each in passing), default=0.0)
+            said = f"{len(passing)} of {looked} attempts would pass if no {millimetres(wanted)} were to be kept"
             return Measure("clearance", said, wanted, 0.0)
-        apart, wanted, nearest = max(found, key=lambda each: each[0] - each[1])
-        return Measure("clearance", told_distance(nearest.pairs[0][0], apart, wanted), wanted, apart)
-
-    def _wanted(self, refusal: Refusal) -> float:
-        """The distance that the first pair is to keep where an attempt was refused [m]."""
-        given = getattr(refusal.question, "scene", None)
-        situation = None if given is None else given.situation
-        return kept_between(self.asked.server.surroundings, situation, refusal.pairs[0][0])
+        _, apart, nearest = max(found, key=lambda each: each[0])
+        said = told_distance(nearest.refusal.pairs[0][0], apart, nearest.wanted, self.epsilon)
+        return Measure("clearance", said, nearest.wanted, apart)

@@ -6,7 +6,6 @@ exact geometry. It is done once a run has ended without a plan, for the first of
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import floor, log10
 from typing import Any
 
 from kabo.errors import CutOff
@@ -15,13 +14,12 @@ from kabo.language.formulas import GroundCall
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.tasks.records import FORESEEN, Where
 from kabo.tasks.refusals import refusal_of
-from kabo.tasks.robots.motion.kept_distances import least_distance
+from kabo.tasks.robots.motion.kept_distances import finer_epsilon, kept_between, least_distance
 
 MAX_CALLS = 2  # refused calls that are repeated
 MAX_ATTEMPTS = 24  # attempts of each that are asked again with exact geometry
 MAX_SEARCHES = 1  # of them searches for a path
 DIVISOR = 4  # of epsilon, which is tried where no distance is known
-DIGITS = 2  # of an epsilon that is proposed, rounded down
 
 
 def with_epsilon(
@@ -40,7 +38,9 @@ def with_measures(
     found, looked = [], 0
     for call, refusal in failures:
         where = _where(call, asked)
-        if refusal.reason in BLOCKED_REASONS and not refusal.proof and where is not None and looked < MAX_CALLS:
+        told = any(measure.decides_alone for measure in refusal.measures)
+        blocked = refusal.reason in BLOCKED_REASONS and not refusal.proof and not told
+        if blocked and where is not None and looked < MAX_CALLS:
             looked += 1
             measure = measure_of(call, where)
             if measure is not None:
@@ -64,6 +64,15 @@ def _where(call: GroundCall, asked: GeometricProcedures) -> Where | None:
     record = asked.records.of.get(call)
     where = record.places[0] if record is not None and record.places else asked.records.unfinished.get(call)
     return None if where is None or where.effort == FORESEEN or where.attempt else where
+
+
+@dataclass(frozen=True)
+class Passing:
+    """A refused attempt that would pass: how far its first pair is apart, if measured, and how far it should be [m]."""
+
+    refusal: Refusal
+    apart: float | None
+    wanted: float
 
 
 @dataclass
@@ -97,19 +106,33 @@ class Repeated:
 
         try:
             self.procedures.again(call, where.situation, where.attempt, 0, observe, self._enough)
-            blocked = [each for each in self._asked_again() if each.question is not None]
-            passing = [each for each in blocked if each.question.passes(self.relaxed.context())]  # type: ignore[union-attr]
         except CutOff:
             return None
-        if 2 * len(passing) <= len(self.attempts[:MAX_ATTEMPTS]):
+        blocked = self._asked_again()
+        passing, looked = self._passing(blocked)
+        if 2 * len(passing) * len(blocked) <= looked * len(self.attempts[:MAX_ATTEMPTS]):
             return None
-        return self._told(passing, len(blocked))
+        return self._told(passing, looked)
+
+    def _passing(self, blocked: Sequence[Refusal]) -> tuple[list[Passing], int]:
+        """The attempts that pass, each with its distances, and how many were looked at while there was time."""
+        passing: list[Passing] = []
+        for looked, each in enumerate(blocked):
+            if self.stop():
+                return passing, looked
+            try:
+                if each.question is not None and each.question.passes(self.relaxed.context()):
+                    apart = least_distance(each, self.relaxed.surroundings)
+                    passing.append(Passing(each, apart, self._wanted(each)))
+            except CutOff:
+                return passing, looked
+        return passing, len(blocked)
 
     def _enough(self) -> bool:
         return len(self.attempts) >= MAX_ATTEMPTS or self.stop()
 
     def _asked_again(self) -> list[Refusal]:
-        """The blocked attempts that are asked again; of searches for a path only the first."""
+        """The attempts that something blocked and that can be asked again; of searches for a path only the first."""
         found, searches = [], 0
         for each in self.attempts[:MAX_ATTEMPTS]:
             if each.reason in BLOCKED_REASONS and each.question is not None:
@@ -117,26 +140,26 @@ class Repeated:
                 found += [each] if not each.question.is_search or searches <= MAX_SEARCHES else []
         return found
 
-    def _told(self, passing: Sequence[Refusal], blocked: int) -> Measure:
-        found = [(apart, each.pairs[0][0]) for each in passing if (apart := self._apart(each)) is not None]
-        gaps = [each for each in found if each[0] > 0.0]
+    def _told(self, passing: Sequence[Passing], looked: int) -> Measure:
+        gaps = [(each.apart - each.wanted, each.apart, each) for each in passing if each.apart is not None]
+        gaps = [gap for gap in gaps if gap[0] > 0.0]
         if not gaps:
-            less, of = self.epsilon / DIVISOR, f"{len(passing)} of {blocked} attempts"
+            less, of = self.epsilon / DIVISOR, f"{len(passing)} of {looked} attempts"
             said = f"exact geometry would pass in {of}, epsilon = {millimetres(self.epsilon)} does not"
-            return Measure(
-                "epsilon", f"{said} (try --epsilon {_rounded(less):g})", less, self.epsilon, epsilon=True
-            )
-        apart, (first, second) = max(gaps)
-        less = min(apart, self.epsilon / 2)
+            return self._measure(said, less, less)
+        room, apart, nearest = max(gaps, key=lambda each: each[0])
+        first, second = nearest.refusal.pairs[0][0]
         said = f"{first} and {second} are {millimetres(apart)} apart, nearer than epsilon = {millimetres(self.epsilon)}"
-        return Measure("epsilon", f"{said} (try --epsilon {_rounded(less):g})", apart, self.epsilon, epsilon=True)
+        return self._measure(said, room, apart)
 
-    def _apart(self, refusal: Refusal) -> float | None:
-        """The least distance of the pair that is taken to collide, where it was asked [m]; None of searches for a way."""
-        return least_distance(refusal, self.relaxed.surroundings)
+    def _measure(self, said: str, room: float, required: float) -> Measure:
+        said = f"{said} (try --epsilon {finer_epsilon(room, self.epsilon):g})"
+        return Measure("epsilon", said, required, self.epsilon, epsilon=True)
 
-
-def _rounded(metres: float) -> float:
-    """A length rounded down to two digits [m]."""
-    unit = 10.0 ** (floor(log10(metres)) - DIGITS + 1)
-    return round(floor(metres / unit + 1e-9) * unit, 12)
+    def _wanted(self, refusal: Refusal) -> float:
+        """The distance that the first pair is to keep where an attempt was refused [m]."""
+        given = getattr(refusal.question, "scene", None)
+        situation = None if given is None else given.situation
+        return (
+            kept_between(self.asked.server.surroundings, situation, refusal.pairs[0][0]) if refusal.pairs else 0.0
+        )

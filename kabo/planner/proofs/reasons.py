@@ -133,9 +133,11 @@ def exhausted(
     return Reason(None, budget, f"no plan was found: {_SPENT[why or budget]}", listed)  # type: ignore[arg-type]
 
 
-def _verbosity(item: tuple[GroundCall, Refusal]) -> tuple[bool, int]:
-    """The order in which refused calls are listed: those with many attempts first, proofs last."""
-    return item[1].proof, -item[1].attempts
+def _verbosity(item: tuple[GroundCall, Refusal]) -> tuple[bool, bool, int]:
+    """The order in which refused calls are listed: what one option decides first, then many attempts, proofs last."""
+    refusal = item[1]
+    decided = any(measure.decides_alone for measure in refusal.measures)
+    return not decided, refusal.proof, -refusal.attempts
 
 
 def _listed(failures: Sequence[tuple[GroundCall, Refusal]], needed: Container[GroundCall] = ()) -> tuple[str, ...]:

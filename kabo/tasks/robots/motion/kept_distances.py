@@ -6,7 +6,7 @@ What bodies keep from each other is asked for by `--clearance`, and by `uncertai
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from math import inf
+from math import floor, inf, log10
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from kabo.geometry_server import (
 from kabo.tasks.robots.motion.questions import MotionQuestion
 
 STEPS = 8  # of a straight piece of motion at which the distance is measured
+DIGITS = 2  # of an epsilon that is proposed, rounded down
 
 
 def kept_between(surroundings: SceneSurroundings, situation: Situation | None, pair: Pair) -> float:
@@ -38,14 +39,30 @@ def kept_between(surroundings: SceneSurroundings, situation: Situation | None, p
     return sum(surroundings.kept(name, carriers.get(name)) for name in pair)
 
 
-def told_distance(pair: Pair, apart: float, wanted: float) -> str:
-    """`o1 and o2 are 1.2 mm apart, but 3 mm are to be kept`, or that so much is there and not proven."""
+def told_distance(pair: Pair, apart: float, wanted: float, epsilon: float) -> str:
+    """`o1 and o2 are 1.2 mm apart, but 3 mm are to be kept`, or that so much is there, and which epsilon may prove it.
+
+    Args:
+        pair: their names.
+        apart, wanted: the distance that there is, and the one to be kept [m].
+        epsilon: with which nothing was proven [m].
+    """
     there, kept = millimetres(apart), millimetres(wanted)
-    missing = apart < wanted and there != kept
-    why = (
-        f"but {kept} are to be kept" if missing else f"too near for a proof with this epsilon that {kept} are kept"
-    )
+    near = f"too near for a proof with this epsilon that {kept} are kept"
+    if there == kept:
+        why = near
+    elif apart < wanted:
+        why = f"but {kept} are to be kept"
+    else:
+        why = f"{near} (try --epsilon {finer_epsilon(apart - wanted, epsilon):g})"
     return f"{pair[0]} and {pair[1]} are {there} apart, {why}"
+
+
+def finer_epsilon(room: float, epsilon: float) -> float:
+    """An epsilon with which the proof may succeed that failed with `epsilon`, where `room` is free [m]."""
+    metres = min(room, epsilon / 2)
+    unit = 10.0 ** (floor(log10(metres)) - DIGITS + 1)
+    return round(floor(metres / unit + 1e-9) * unit, 12)
 
 
 def least_distance(refusal: Refusal, surroundings: SceneSurroundings) -> float | None:
@@ -99,4 +116,4 @@ def missing_distance(refusal: Refusal, relaxed: ProcedureContext) -> str | None:
     apart = least_distance(refusal, relaxed.surroundings)
     if apart is None:
         return f"{pair[0]} and {pair[1]} would be passed if no {millimetres(wanted)} were to be kept"
-    return told_distance(pair, apart, wanted)
+    return told_distance(pair, apart, wanted, relaxed.surroundings.budget.epsilon)
