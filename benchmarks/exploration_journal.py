@@ -113,7 +113,7 @@ def tables(options: argparse.Namespace) -> list[Table]:
     shown = Table(f"A run of {trials} trials: what it writes")
     digests = set()
     with tempfile.TemporaryDirectory() as folder:
-        for threads in (1, 2):
+        for threads in (1,) if options.small else (1, 2):
             for way in ("at once", "resumed", "killed", "torn"):
                 run = Run(Path(folder) / f"{way} {threads}", threads)
                 interrupted = written(run, way, trials, times)

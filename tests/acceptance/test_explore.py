@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from kabo.exploration import Exploration, Space, load_exploration
+from tests.conftest import PROPERTY_SCALE
 from tests.support.discs import FILE, STAGES, write_files
 
 REPOSITORY = Path(__file__).parents[2]
@@ -81,7 +82,7 @@ def make_endless(folder):
     (folder / "disc.py").write_text(STAGES.replace("    along,", endless, 1))
 
 
-@pytest.mark.parametrize("kills", [3, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", [3, pytest.param(max(10, round(20 * PROPERTY_SCALE)), marks=pytest.mark.slow)])
 def test_a_run_that_is_killed_and_resumed_writes_the_same_bytes(discs, kills):
     trials, model = 3 * kills, discs / "m.jsonl"
     assert done(discs, *RUN, "--trials", trials).returncode == 0

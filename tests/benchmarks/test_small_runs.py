@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import PROPERTY_SCALE
+
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 RUNS = (
     "certificates stacked/n2 --output out.json",
@@ -20,12 +22,11 @@ RUNS = (
     "execution_displaced --runs 1 --only stacked --output out.json",
     "execution_faults --runs 1 --workers 1 --output out.json",
     "execution_physics --only stacked/n2 --not n20 --branches 1 --output out.json",
-    "execution_remote --runs 1 --whole 0 -o out.json",
     "exploration bar --small --output out",
     "exploration line string budget reach speed journal worlds --small --seeds 1 --output out",
     "geometry predicates --scene generated --configurations 8 --output out",
     "geometry refused --output out",
-    "geometry scaling --largest 1e3 --output out",
+    "geometry scaling --largest 1e2 --output out",
     "inverse_kinematics --poses 5 --at-least 0.01 --output out.json",
     "kernel --scene generated --configurations 8 --segments 3 --output out.json",
     "knowledge --only unix-1 doors-3 --repeat 1 --output out.json",
@@ -35,17 +36,20 @@ RUNS = (
     "promises --only start-up bartender --seeds 1 --verify 1 --starts 1 --output out.json",
     "quality --only force_sensing --seeds 1 --output out.json",
     "robots ready --only Panda --output out.json",
-    "robots epsilon --only ASSEMBLY --epsilon 0.01 --output out.json",
     "sampling --samples 200 --peers 2 --rounds 1 --output out.json",
     "service_memory --requests 12 --output out.json",
     "tasks core law --trees 20 --repeat 1 --output out",
     "tasks pick_and_place padding --robots generated --seeds 1 --solutions 1 --judged 1 --output out",
     "tasks reparameterisation stack --robots generated --seeds 1 --runs 1 --output out",
-    "tasks pouring --robots generated --pourings 1 --limit 2 --output out",
+    "tasks pouring --robots generated --pourings 1 --limit 1 --output out",
     "tasks_workers --small --output out",
-    "thesis --only bartender --trials 1 --seconds 8 --output out.json",
+    "thesis --only bartender --trials 1 --seconds 3 --output out.json",
     "tuning --only MAX_SEEDS --output out.json",
     "verification --cases stacked --colliding 1 --seconds 20 --output out.json",
+)
+LONG = (  # half a minute each: only where everything is run
+    "execution_remote --runs 1 --whole 0 -o out.json",
+    "robots epsilon --only ASSEMBLY --epsilon 0.02 --output out.json",
 )
 NOT_RUN = {"construction_set_peer.py", "motion_ways.py", "viewer.py"}
 
@@ -56,11 +60,11 @@ def scripts():
 
 
 def test_every_script_has_a_small_run():
-    assert {f"{run.split()[0]}.py" for run in RUNS} == scripts() - NOT_RUN
+    assert {f"{run.split()[0]}.py" for run in RUNS + LONG} == scripts() - NOT_RUN
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("run", RUNS)
+@pytest.mark.parametrize("run", RUNS + LONG if PROPERTY_SCALE >= 1.0 else RUNS)
 def test_a_small_run_prints_rows_as_they_come_and_writes_its_tables(run, tmp_path):
     name, *arguments = run.split()
     done = subprocess.run(

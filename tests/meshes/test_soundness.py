@@ -10,7 +10,7 @@ CASES = 300
 
 
 def spoilt(seed: int) -> Mesh:
-    """A ball or two with, each by some chance, missing, turned, repeated and degenerate faces, and vertices that are none."""
+    """A ball or two; by chance faces are missing, turned or degenerate, or name no vertex, or a vertex is not finite."""
     rng = np.random.default_rng(seed)
     ball = trimesh.creation.icosphere(subdivisions=1)
     vertices, faces = np.array(ball.vertices), np.array(ball.faces, np.int64)

@@ -45,8 +45,9 @@ PROBLEMS: dict[str, dict[str, Any]] = {
     "out of reach": {"things": FAR, "goal": "K(held(cube))"},
     "proved": {"robots": "robots: []"},
 }
-OFTEN = settings(max_examples=max(60, round(600 * PROPERTY_SCALE)))  # of 30 choices: problem, order and quality
-SELDOM = settings(max_examples=max(40, round(400 * PROPERTY_SCALE)))  # of 5 problems or fewer
+WHOLE = PROPERTY_SCALE >= 1.0
+OFTEN = settings(max_examples=600 if WHOLE else 30)  # of 30 choices: problem, order and quality
+SELDOM = settings(max_examples=400 if WHOLE else 20)  # of 5 problems or fewer
 LIMITS = {"max_samples": 600, "max_expansions": 2_000}
 
 

@@ -10,6 +10,7 @@ import kabo
 from kabo.execution import KnownTruth, SimulatedSensors, execute
 from kabo.language import Measurement, SensorBinding, SensorsDescription, TruthDescription, load_sensors
 from kabo.simulation import ContactJudge, Physics, PhysicsInstruments, SimulatedRobot
+from tests.conftest import PROPERTY_SCALE
 
 pytest.importorskip("mujoco")
 ROOT = Path(__file__).parents[2]
@@ -81,7 +82,7 @@ def test_what_is_in_no_hand_has_no_weight_and_contacts_are_felt(
         PhysicsInstruments(robot, SensorsDescription("some", {"p": wrong}))
 
 
-@pytest.mark.parametrize("seed", [2, 9])
+@pytest.mark.parametrize("seed", [2, 9] if PROPERTY_SCALE >= 1.0 else [9])
 def test_the_example_washes_the_empty_bottles_and_only_those(
     seed: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
