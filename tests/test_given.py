@@ -95,6 +95,7 @@ def test_options_of_a_solve_and_of_an_explanation_are_checked(problem: kabo.Prob
     _refused("epsilon", lambda value: kabo.solve(problem, epsilon=value), NO_LENGTHS)
     _refused("timeout", lambda value: kabo.solve(problem, timeout=value), [*NO_NUMBERS, -1.0])
     _refused("max_expansions", lambda value: kabo.explain(problem, max_expansions=value), [*NO_NUMBERS, -1, 1.5])
+    assert kabo.explain(problem, timeout=HUGE).verdict == kabo.explain(problem).verdict == "solvable"
     _refused("workers", lambda value: kabo.solve(problem, workers=value), [*NO_NUMBERS, 0, 10**9])
     _refused("certificate", lambda value: kabo.solve(problem, certificate=value), ["no", 0])
     _refused("procedures", lambda value: kabo.solve(problem, procedures=value), [3, "x", [len]])

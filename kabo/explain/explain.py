@@ -18,6 +18,7 @@ from kabo.explain.findings import Counterfactual, Finding, Obstacles
 from kabo.explain.sentences import report
 from kabo.explain.unused import Unused
 from kabo.given import (
+    as_float,
     refuse,
     require_flag,
     require_function,
@@ -174,7 +175,7 @@ def explain(
     require_procedures(procedures)
     require_function("known", known)
     require_flag("geometry", geometry)
-    seconds = SECONDS if timeout is None else timeout
+    seconds = SECONDS if timeout is None else as_float(timeout)
     bytes_ = default_memory() if memory is None else memory
     stop = StopFlag(seconds, bytes_, cancelled)
     given = problem
