@@ -77,6 +77,23 @@ class InputError(KaboError):
         return type(self), (self.diagnostics,)
 
 
+class ArgumentError(InputError, TypeError, ValueError):
+    """The error for an argument of a function in Python that it cannot take (exit code 2).
+
+    It is Python's `TypeError` and `ValueError` as well. `str` gives what is wrong, and the remedy if there is one; the
+    argument's name is the `file` of its diagnostic.
+    """
+
+    def __init__(self, name: str, message: str, hint: str | None = None) -> None:
+        super().__init__([Diagnostic(name, 1, 1, message, hint)])
+        self.args = (message if hint is None else f"{message}; {hint}",)
+
+    def __reduce__(self) -> tuple[type["ArgumentError"], tuple[str, str, str | None]]:  # type: ignore[override]
+        """Another process gets the name, what is wrong, and the remedy."""
+        (only,) = self.diagnostics
+        return type(self), (only.file, only.message, only.hint)
+
+
 class MeshError(InputError):
     """A mesh that cannot be used: counts and the remedy (exit code 2)."""
 
@@ -121,8 +138,10 @@ def naming(**files: os.PathLike[str] | str | None) -> Iterator[None]:
         raise InputError(named) from error.__cause__
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str | None:
-    """The remedy `did you mean "…"?` with the known word nearest to `word`, or None if none is near."""
+def did_you_mean(word: object, known: Iterable[str]) -> str | None:
+    """The remedy `did you mean "…"?` with the known word nearest to `word`, or None if none is near, or it is no word."""
+    if not isinstance(word, str):
+        return None
     near = difflib.get_close_matches(word, sorted(known), n=1)
     return f'did you mean "{near[0]}"?' if near else None
 

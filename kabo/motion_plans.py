@@ -4,20 +4,20 @@ The path is proven free of collision in the scene as it stands at the start, and
 rounded corners; `verify` judges the plan like any other.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from numbers import Real
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.displays import counted
-from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
-from kabo.given import require_given
+from kabo.errors import KaboError
+from kabo.given import require_given, require_number, shown
 from kabo.motion import Trajectory
-from kabo.options import require_clearance
+from kabo.motion_ends import Where, ends_of, fault, suggested
+from kabo.options import require_clearance, require_seed
 from kabo.plan import Node, Plan, Segment, node_to_json
 from kabo.task_plans import plan_of_solution
 
@@ -26,10 +26,8 @@ if TYPE_CHECKING:
     from kabo.scene import Configuration, Robot, Scene
     from kabo.tasks.robots import TaskScene
 
-PATH_SAMPLES = 200_000  # of a path search: a second or two
+PATH_SAMPLES, MOST_SAMPLES = 200_000, 10**15  # of a path search: a second or two, and what its kernels count
 PROCEDURE = "motion"
-
-Where = str | Sequence[float] | Mapping[str, float]  # a named configuration, or values of the planned joints
 
 
 class NoMotionError(KaboError):
@@ -67,7 +65,7 @@ class Motion:
         """The plan of one node that makes this motion; `kabo.verify(scene, plan)` judges it.
 
         Raises:
-            ValueError: the scene was not loaded from a file.
+            ArgumentError: the scene was not loaded from a file.
         """
         names = self.scene.robots[self.robot].joint_names
         found = self.trajectory
@@ -133,8 +131,8 @@ def plan_motion(
     Raises:
         InputError: the scene does not load, a name is unknown, values do not fit, or an end is outside the limits, in
             collision, or does not keep the constraint; it says which joint or pair, and by how much.
+        ArgumentError: an argument is of a wrong kind, or a number that nothing can be planned with; says what is expected.
         NoMotionError: no way was found; it says what was in the way.
-        ValueError: `clearance` is negative, or more than any scene has.
         CutOff: `stop` returned True.
 
     Example:
@@ -176,7 +174,7 @@ def find_motion(
     """As `plan_motion`, with all that a plan needs.
 
     Raises:
-        InputError, NoMotionError, ValueError, CutOff: as `plan_motion`.
+        InputError, ArgumentError, NoMotionError, CutOff: as `plan_motion`.
     """
     # Load kernels, which motion needs.
     from kabo.geometry_server import GeometryServer, Refusal, way_to
@@ -185,15 +183,18 @@ def find_motion(
 
     require_given("scene", scene, Scene, str, Path)
     require_given("robot", robot, str)
+    require_given("keep", keep, str, NoneType)
+    require_given("holding", holding, str, NoneType)
+    seed, kept = require_seed(seed), require_clearance(clearance)
+    samples = require_number("samples", samples, 0, MOST_SAMPLES, whole=True)
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if robot not in scene.robots:
-        raise _fault("robot", f"the scene has no robot {robot!r}", _suggested(robot, scene.robots))
+        raise fault("robot", f"the scene has no robot {shown(robot)}", suggested(robot, scene.robots))
     chosen = scene.robots[robot]
     if holding is not None:
         scene = _holding(scene, chosen, holding)
-    kept = require_clearance(clearance)
     server = GeometryServer(scene, epsilon, seed, stop=stop, clearance=kept)
-    first, last = _ends(scene, chosen, start, goal)
+    first, last = ends_of(scene, chosen, start, goal)
     state = scene.start.replace({robot: first})
     task_scene = TaskScene.of(server.context(), state)
     constraint = _constraint(task_scene, robot, keep)
@@ -202,69 +203,13 @@ def find_motion(
         _require_free(task_scene, robot, np.array(q), name)
         broken = None if constraint is None else constraint.broken(np.array(q))
         if broken is not None:
-            raise _fault(
-                name, f"the {name} does not keep {keep}: {broken}", "choose another end, or no constraint"
-            )
+            raise fault(name, f"the {name} does not keep {keep}: {broken}", "choose another end, or no constraint")
     key: tuple[str | int | float, ...] = (seed, PROCEDURE, robot, *first, *last)
     found = way_to(task_scene.workspace(robot), np.array(first), np.array(last), key, samples, constraint)
     if isinstance(found, Refusal):
         raise NoMotionError(_no_way(task_scene, robot, found, samples))
     times, trajectory = _timed(task_scene, robot, found, keep)
     return Motion(scene, robot, first, last, times, trajectory, keep, seed, kept)
-
-
-def _ends(scene: "Scene", robot: "Robot", start: Where, goal: Where) -> "tuple[Configuration, Configuration]":
-    """Configurations of all joints at both ends; the gripper is as at the start of the scene."""
-    ends = []
-    now = scene.start.robots[robot.name]
-    for where, name in ((start, "start"), (goal, "goal")):
-        values = np.round(_values(robot, where, now, name), 9) + 0.0
-        low, high = robot.tree.lower, robot.tree.upper
-        for i, (joint, value) in enumerate(zip(robot.planned_joints, values, strict=True)):
-            if not low[i] <= value <= high[i]:
-                what = f"the {name} has {joint} at {value:.6g}, outside its limits {low[i]:.6g} to {high[i]:.6g}"
-                raise _fault(name, what, "choose a value within the limits")
-        now = (*map(float, values), *now[robot.planned :])
-        ends.append(now)
-    return ends[0], ends[1]
-
-
-def _values(robot: "Robot", where: Where, now: "Configuration", name: str) -> Array:
-    """The values of the planned joints at an end.
-
-    Raises:
-        InputError: an unknown name, or numbers that do not fit.
-    """
-    if isinstance(where, str):
-        known = {**robot.configurations}
-        if where == "start" and where not in known:
-            return np.array(now[: robot.planned])
-        if where not in known:
-            what = f"{robot.name} has no configuration {where!r}"
-            raise _fault(name, what, _suggested(where, known))
-        return np.array(known[where], np.float64)
-    values = np.array(now[: robot.planned])
-    for joint, value in (where if isinstance(where, Mapping) else _in_order(robot, where, name)).items():
-        if joint not in robot.planned_joints:
-            what = f"the {name} names {joint!r}, which is no planned joint of {robot.name}"
-            raise _fault(name, what, _suggested(str(joint), robot.planned_joints))
-        if not isinstance(value, Real):
-            raise _fault(
-                name, f"the {name} has {value!r} for {joint}, which is no number", "give radians or metres"
-            )
-        values[robot.planned_joints.index(joint)] = value
-    if not np.isfinite(values).all():
-        raise _fault(name, f"the {name} has a value that is not finite", "give numbers")
-    return values
-
-
-def _in_order(robot: "Robot", where: Sequence[float], name: str) -> Mapping[str, float]:
-    """The values of an end, which are given in the order of the planned joints, by the names of these."""
-    given = list(np.array(where, dtype=object, ndmin=1))
-    if len(given) != robot.planned:
-        what = f"the {name} has {counted(len(given), 'value')}, and {robot.name} plans {robot.planned} joints"
-        raise _fault(name, what, f"give one each for {', '.join(robot.planned_joints)}")
-    return dict(zip(robot.planned_joints, given, strict=True))
 
 
 def _holding(scene: "Scene", robot: "Robot", name: str) -> "Scene":
@@ -276,9 +221,11 @@ def _holding(scene: "Scene", robot: "Robot", name: str) -> "Scene":
     from kabo.scene import attachment, world_T  # loads kernels, as above
 
     if robot.tool is None:
-        raise _fault("holding", f"{robot.name} has no tool and holds nothing", "write `tool` in the scene")
+        raise fault("holding", f"{robot.name} has no tool and holds nothing", "write `tool` in the scene")
     if name not in scene.movable:
-        raise _fault("holding", f"the scene has no movable body {name!r}", _suggested(name, tuple(scene.movable)))
+        raise fault(
+            "holding", f"the scene has no movable body {shown(name)}", suggested(name, tuple(scene.movable))
+        )
     hand = f"{robot.name}.{robot.tool.frame}"
     hand_T_world = np.linalg.inv(world_T(scene, scene.start, hand))
     held = attachment(hand, hand_T_world @ world_T(scene, scene.start, name))
@@ -297,10 +244,10 @@ def _constraint(scene: "TaskScene", robot: str, keep: str | None) -> "Keep | Non
         return None
     known = scene.context.scene.motion_constraints
     if keep not in known:
-        raise _fault("keep", f"the scene has no motion constraint {keep!r}", _suggested(keep, known))
+        raise fault("keep", f"the scene has no motion constraint {shown(keep)}", suggested(keep, known))
     found = keep_constraint(scene.context, scene.robot(robot), scene.situation, keep)
     if found is None:
-        raise _fault(
+        raise fault(
             "keep",
             f"{robot} holds nothing that {keep} fits",
             "say what it holds (holding), or leave the constraint out",
@@ -318,9 +265,7 @@ def _require_held(scene: "TaskScene", robot: str) -> None:
 
     found = too_heavy(scene.context.scene, scene.situation, robot)
     if found is not None:
-        raise _fault(
-            "robot", found.comment, "let the gripper have more force, or write the true mass and friction"
-        )
+        raise fault("robot", found.comment, "let the gripper have more force, or write the true mass and friction")
 
 
 def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
@@ -336,7 +281,7 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     if pair is None:
         return
     if pair[1] in scene.context.scene.regions:
-        raise _fault(
+        raise fault(
             name, f"at the {name} {pair[0]} is not on its floor, {pair[1]}", "choose another configuration"
         )
     state = scene.situation.first.replace({robot: tuple(map(float, q))})
@@ -347,11 +292,11 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
         how = "touch" if depth == "0.0" else f"overlap by up to {depth} mm"
     elif bounds.lower < (wanted := _kept(scene, pair)):
         what = f"at the {name} {told_distance(pair, bounds.lower, wanted, surroundings.budget.epsilon)}"
-        raise _fault(name, what, "choose another configuration, a smaller clearance, or let less be uncertain")
+        raise fault(name, what, "choose another configuration, a smaller clearance, or let less be uncertain")
     else:
         how = f"are {1000 * bounds.lower:.2f} mm apart, too near for a proof with this epsilon"
     what = f"at the {name} {pair[0]} and {pair[1]} {how}"
-    raise _fault(name, what, "choose another configuration, or allow the contact: allowed_contacts")
+    raise fault(name, what, "choose another configuration, or allow the contact: allowed_contacts")
 
 
 def _kept(scene: "TaskScene", pair: "Pair") -> float:
@@ -389,13 +334,3 @@ def _timed(
     (timed,) = timed_group([part])
     begun = timed.beginning(0.0)
     return begun.times, begun.trajectory
-
-
-def _suggested(name: str, known: Mapping[str, object] | Sequence[str]) -> str:
-    there = "there are" if len(known) > 1 else "there is"
-    return did_you_mean(name, known) or f"{there} {', '.join(known) or 'none'}"
-
-
-def _fault(argument: str, what: str, remedy: str) -> InputError:
-    """A finding about an argument of `plan_motion`, by its name."""
-    return InputError([Diagnostic(argument, 1, 1, what, remedy)])

@@ -9,9 +9,11 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from math import inf
-from numbers import Real
 from types import NoneType
 from typing import Any, Final, Literal, TypeAlias, TypedDict, TypeVar, get_args, get_type_hints
+
+from kabo.errors import did_you_mean
+from kabo.given import refuse, require_choice, require_flag, require_number
 
 Search: TypeAlias = Literal["best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening"]
 Geometry: TypeAlias = Literal["bounding", "exact", "none"]
@@ -20,6 +22,7 @@ Quality: TypeAlias = Literal["fast", "good"]
 
 SMALLEST_EPSILON, LARGEST_EPSILON = 1e-6, 0.3  # m: the tolerances that geometric predicates can keep
 LARGEST_CLEARANCE = 0.3  # m
+MOST_WORKERS = 1000  # processes
 
 _Default = TypeVar("_Default")
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -86,6 +89,23 @@ class Option:
     def null_in_header(self) -> bool:
         """Whether the option may be null in a plan file: without geometry, or as a budget without a limit."""
         return self.in_header == "always" and (self.of_geometry or (self.problem_key or "").startswith("budget."))
+
+    def require(self, given: object) -> Any:
+        """A value that a caller gives for the option, as an `int` or a `float` if it is a number.
+
+        Raises:
+            ArgumentError: it is none that the option takes.
+        """
+        if self.choices:
+            require_choice(self.name, given, self.choices)
+        elif self.kind is bool:
+            require_flag(self.name, given)
+        else:
+            least = -inf if self.at_least is None else self.at_least
+            most = inf if self.at_most is None else self.at_most
+            bounds: dict[str, Any] = {"above": self.above, "unit": self.unit, "whole": self.kind is int}
+            return require_number(self.name, given, least, most, **bounds, endless=self.at_most is None)
+        return given
 
 
 def _option(default: _Default, help: str, **row: Any) -> _Default:
@@ -197,14 +217,15 @@ class Options:
         """The options of a run: each as the first of the sources gives it, otherwise its default.
 
         Raises:
-            TypeError: there is no option of such a name.
+            ArgumentError: there is no option of such a name, or it takes no such value.
         """
         chosen: dict[str, Any] = {}
         for one in sources:
             if unknown := one.keys() - OPTIONS.keys():
-                raise TypeError(f"solve() got an unexpected keyword argument {min(unknown)!r}")
+                name = min(unknown)
+                refuse(name, f"solve() got an unexpected keyword argument {name!r}", did_you_mean(name, OPTIONS))
             chosen = {name: value for name, value in one.items() if value is not None} | chosen
-        return cls(**chosen)
+        return cls(**{name: OPTIONS[name].require(value) for name, value in chosen.items()})
 
     def written(self) -> dict[str, str | float | int | None]:
         """The options on which the plan depends, in the form in which they are stored in the plan's file."""
@@ -240,11 +261,37 @@ def require_clearance(clearance: float) -> float:
     """The clearance [m] that a caller gives, if it is one.
 
     Raises:
-        ValueError: it is not from 0 to `LARGEST_CLEARANCE`.
+        ArgumentError: it is not from 0 to `LARGEST_CLEARANCE`.
     """
-    if not isinstance(clearance, Real) or not 0.0 <= clearance <= LARGEST_CLEARANCE:
-        raise ValueError(f"clearance must be a length from 0 to {LARGEST_CLEARANCE:g} m, not {clearance!r}")
-    return float(clearance)
+    return float(OPTIONS["clearance"].require(clearance))
+
+
+def require_epsilon(epsilon: float | None) -> None:
+    """Checks an epsilon that a caller gives [m]; None is the scene's.
+
+    Raises:
+        ArgumentError: it is not from `SMALLEST_EPSILON` to `LARGEST_EPSILON`.
+    """
+    if epsilon is not None:
+        OPTIONS["epsilon"].require(epsilon)
+
+
+def require_seed(seed: int) -> int:
+    """The seed that a caller gives, if it is one.
+
+    Raises:
+        ArgumentError: it is no whole number from 0 on.
+    """
+    return int(OPTIONS["seed"].require(seed))
+
+
+def require_workers(workers: int) -> int:
+    """The number of processes that a caller gives.
+
+    Raises:
+        ArgumentError: it is no whole number from 1 to `MOST_WORKERS`.
+    """
+    return int(require_number("workers", workers, 1, MOST_WORKERS, whole=True))
 
 
 def takes_options(function: _Function) -> _Function:

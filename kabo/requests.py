@@ -12,6 +12,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from kabo.errors import Diagnostic, InputError, naming
+from kabo.given import require_path
 from kabo.language import check_files as findings_in
 from kabo.language import (
     is_exploration,
@@ -236,11 +237,14 @@ def check(*files: str | Path) -> list[Diagnostic]:
     Args:
         files: domains, problems, scenes, tasks, explorations or models.
 
+    Raises:
+        ArgumentError: one is no path.
+
     Example:
         >>> kabo.check("domains/grid/n3.yaml")
         []
     """
-    return check_files([Path(file) for file in files])
+    return check_files([require_path("file", file) for file in files])
 
 
 def check_files(paths: Iterable[Path], preparing: "Callable[[Preparing], None] | None" = None) -> list[Diagnostic]:

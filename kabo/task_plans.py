@@ -11,20 +11,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.given import refuse, require_flag, require_given, require_number
 from kabo.language.recorded_paths import recorded_files
 from kabo.language.scene_description import SceneDescription
 from kabo.options import Options
 from kabo.plan import Plan, plan_from_json
 from kabo.plan.writing import FORMAT
 from kabo.tasks.files.motions import state_in
-from kabo.tasks.files.planned import load_report
+from kabo.tasks.files.planned import TaskReport, load_report
 from kabo.tasks.files.report_form import FORMAT as REPORT_FORMAT
 from kabo.tasks.files.report_form import OLD_FORMAT, ChangeReport, MotionReport, Report, StateReport
 from kabo.whole_files import file_hash
 
 if TYPE_CHECKING:
     from kabo.scene import Scene  # loads meshes
-    from kabo.tasks.files import TaskReport
 
 NODE, GOAL = "n0", "n1"
 State = dict[str, dict[str, Any]]
@@ -39,8 +39,8 @@ def task_plan(report: "TaskReport", solution: int | None = None, *, certificate:
         certificate: whether the plan gets a certificate, the proofs that its motion is free of collision.
 
     Raises:
-        InputError: there is no such solution, or it moves nothing.
-        ValueError: the task was planned without a scene, or in one that was not loaded from a file.
+        InputError: there is no such solution, or it moves nothing; or the task was planned without a scene, or in one that
+            was not loaded from a file.
 
     Example:
         >>> example = "examples/pick_and_place"
@@ -48,8 +48,12 @@ def task_plan(report: "TaskReport", solution: int | None = None, *, certificate:
         >>> kabo.verify(report.scene, kabo.task_plan(report)).ok
         True
     """
+    require_given("report", report, TaskReport)
+    require_flag("certificate", certificate)
+    if solution is not None:
+        solution = require_number("solution", solution, 1, whole=True)
     if report.scene is None:
-        raise ValueError("the task was planned without a scene: nothing moves")
+        refuse("report", "the task was planned without a scene: nothing moves")
     number = chosen(report.content, solution, report.content["task"])
     return plan_of_solution(report.content, number, report.scene, certificate=certificate)
 
@@ -91,14 +95,14 @@ def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate
 
     Raises:
         InputError: the motion is none, with its place in the plan; or it names what the scene does not have.
-        ValueError: the scene was not loaded from a file.
+        ArgumentError: the scene was not loaded from a file.
     """
     # Loads kernels, as the scene's tasks have done.
     from kabo.planner.certify.granting import granted
 
     description = scene.description
     if description is None:
-        raise ValueError("the scene was not loaded from a file: give what `kabo.load_scene` returns")
+        refuse("scene", "the scene was not loaded from a file: give what `kabo.load_scene` returns")
     motion: MotionReport = solutions_of(report)[number - 1]["motion"]
     _require_known(motion, scene, f"solution {number}")
     before, after = (_whole(state, scene) for state in (motion["start"], motion["after"]))

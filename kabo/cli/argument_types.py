@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from kabo.errors import Diagnostic, InputError
+from kabo.given import LARGEST_WHOLE, shown
 
 
 def _number(
@@ -20,8 +21,10 @@ def _number(
             value = kind(text)
         except ValueError:
             value = math.nan
-        if not (math.isfinite(value) and least <= value <= most) or (kind is float and value == 0):
-            raise argparse.ArgumentTypeError(f"{text!r} is not {wanted}")
+        if kind is int and LARGEST_WHOLE < value <= most:
+            raise argparse.ArgumentTypeError(f"{shown(text)} is not {wanted}: {LARGEST_WHOLE} is the largest")
+        if not (least <= value <= most and math.isfinite(value)) or (kind is float and value == 0):
+            raise argparse.ArgumentTypeError(f"{shown(text)} is not {wanted}")
         return value
 
     return parsed

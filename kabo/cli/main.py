@@ -35,7 +35,8 @@ from kabo.cli.parsers import command_line
 from kabo.cli.service import request, serve
 from kabo.cli.terminal import complain, discard_output, open_missing_streams
 from kabo.cli.usage import CommandParser, UsageError, parsed
-from kabo.errors import CutOff, Diagnostic, InputError, KaboError, ServiceError, did_you_mean, missing_library
+from kabo.errors import CutOff, InputError, KaboError, ServiceError, missing_library
+from kabo.given import missing_file
 
 COMMANDS: tuple[ModuleType, ...] = (
     solve,
@@ -138,7 +139,7 @@ def _report(error: Exception, *, as_json: bool) -> int:
     elif isinstance(error, ServiceError):
         code, message, exit_code = error.code, str(error), exit_codes.BY_CODE.get(error.code, exit_codes.SERVICE)
     elif isinstance(error, FileNotFoundError) and error.filename is not None:
-        code, message, exit_code = "bad_request", str(_missing(Path(error.filename))), exit_codes.BAD_INPUT
+        code, message, exit_code = "bad_request", str(missing_file(Path(error.filename))), exit_codes.BAD_INPUT
     elif isinstance(error, OSError) and error.filename is not None:
         code, message, exit_code = "bad_request", f"{error.filename}: {error.strerror}", exit_codes.BAD_INPUT
     elif (remedy := missing_library(error)) is not None:
@@ -155,12 +156,3 @@ def _report(error: Exception, *, as_json: bool) -> int:
     if as_json:
         print(json.dumps({"code": code, "message": message}))
     return exit_code
-
-
-def _missing(path: Path) -> Diagnostic:
-    """The finding about a file that is not there; the remedy is one of its folder that is called nearly so."""
-    try:
-        beside = [each.name for each in path.parent.iterdir()]
-    except OSError:
-        beside = []
-    return Diagnostic(str(path), 1, 1, "there is no such file", did_you_mean(path.name, beside))

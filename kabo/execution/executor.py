@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 from math import ceil
+from types import NoneType
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from kabo.execution.repetitions import Repetitions
 from kabo.execution.runs import Run
 from kabo.execution.settings import USUAL, ExecutionSettings
 from kabo.execution.watching import Surprise
-from kabo.given import require_given
+from kabo.given import require_function, require_given, require_methods
 from kabo.plan import Plan, State, state_after
 from kabo.scene import Scene
 from kabo.verify import Report
@@ -67,11 +68,20 @@ def execute(
             the plan and by direction; None: by the least clearance that the plan states.
 
     Raises:
+        ArgumentError: an argument is of a wrong kind.
         InputError: the plan does not fit the scene, or has less proven clearance than the robots' tracking error.
     """
     require_given("plan", plan, Plan)
-    if scene is not None:
-        require_given("scene", scene, Scene)
+    require_given("scene", scene, Scene, NoneType)
+    require_given("settings", settings, ExecutionSettings)
+    require_given("log", log, Log, NoneType)
+    require_given("report", report, Report, NoneType)
+    require_methods("sensor", sensor, "resolve", "value", "poses")
+    if robot is not None:
+        require_methods("robot", robot, "follow", "stop", "grip", "release", "state", "wait")
+    require_function("stop", stop)
+    if recovery is not None:
+        require_methods("recovery", recovery, "answer")
     return _Executor(plan, scene, robot, sensor, settings, log or Log(), stop, recovery, report).run()
 
 

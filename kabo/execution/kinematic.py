@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Mapping
+from types import NoneType
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from kabo.execution.following import Follower, Setpoint
 from kabo.execution.loads import load_of
 from kabo.execution.motions import SAME_TIME, HandAction, Motion
 from kabo.execution.protocols import RobotState
+from kabo.execution.settings import LONGEST_DELAY, MOST_RATE
+from kabo.given import require_given, require_number
 from kabo.scene import Scene, attachment, world_T
 from kabo.scene.state import GeometricState
 
@@ -23,6 +26,9 @@ class KinematicRobot:
         start: where everything is at first; None: as the scene says.
         rate: setpoints a second [Hz].
         delay: how late robots follow setpoints, or each of them by name [s].
+
+    Raises:
+        ArgumentError: an argument is of a wrong kind, or no such number.
     """
 
     def __init__(
@@ -32,6 +38,11 @@ class KinematicRobot:
         rate: float = 500.0,
         delay: float | Mapping[str, float] = 0.0,
     ) -> None:
+        require_given("scene", scene, Scene)
+        require_given("start", start, GeometricState, NoneType)
+        require_number("rate", rate, above=0.0, most=MOST_RATE, unit="Hz")
+        for each in delay.values() if isinstance(delay, Mapping) else (delay,):
+            require_number("delay", each, 0.0, LONGEST_DELAY, unit="s")
         self.scene, self.world, self.rate = scene, start or scene.start, rate
         self.time = 0.0
         self._follower = Follower(scene)

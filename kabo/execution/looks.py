@@ -13,6 +13,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.displacements import Displacement, displacement
+from kabo.given import require_number
 
 SURE = 4.033  # lengths of three normal numbers exceed so many standard deviations once in a thousand times
 MOST_LOOKS = 100  # at a body, until it counts as what it seems to be
@@ -29,6 +30,11 @@ class PoseNoise:
 
     position: float
     angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Checks the numbers; raises ArgumentError for one that is below 0, or not finite."""
+        require_number("position", self.position, 0.0, unit="m")
+        require_number("angle", self.angle, 0.0, unit="rad")
 
     def bound(self, radius: float, looks: int = 1) -> float:
         """How far the mean of some looks may have a point within a radius of a body's origin from where it is [m]."""

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping
 
 from kabo.arrays import Array
+from kabo.given import require_function, require_given
+from kabo.options import require_seed
 from kabo.streams import stream_key, uniforms
 
 
@@ -13,6 +15,9 @@ class KnownTruth:
         truth: outcomes by formula, as the plan spells them, and values by term.
         seed: of what is not given.
         poses: of bodies, in the world.
+
+    Raises:
+        ArgumentError: an argument is of a wrong kind.
     """
 
     def __init__(
@@ -21,6 +26,9 @@ class KnownTruth:
         seed: int = 0,
         poses: Callable[[], Mapping[str, Array]] = dict,
     ) -> None:
+        require_given("truth", truth, Mapping)
+        require_seed(seed)
+        require_function("poses", poses)
         self.truth, self.seed, self._poses = truth, seed, poses
 
     def resolve(self, formula: str, outcomes: tuple[str, ...]) -> str | None:

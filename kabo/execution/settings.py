@@ -3,6 +3,10 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from kabo.given import require_flag, require_number
+
+MOST_RATE, LONGEST_DELAY = 1e5, 60.0  # Hz of setpoints and looks; s by which robots follow late
+
 
 @dataclass(frozen=True)
 class ExecutionSettings:
@@ -24,6 +28,21 @@ class ExecutionSettings:
     log_rate: float = 0.0
     most_recoveries: int = 20
     delay: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Checks the values.
+
+        Raises:
+            ArgumentError: one is no such number.
+        """
+        require_number("watch_rate", self.watch_rate, above=0.0, most=MOST_RATE, unit="Hz")
+        stated = self.tracking_error
+        for each in stated.values() if isinstance(stated, Mapping) else (stated,):
+            require_number("tracking_error", each, 0.0, unit="m")
+        require_flag("despite_margins", self.despite_margins)
+        require_number("log_rate", self.log_rate, 0.0, MOST_RATE, unit="Hz")
+        require_number("most_recoveries", self.most_recoveries, 0, whole=True)
+        require_number("delay", self.delay, 0.0, LONGEST_DELAY, unit="s")
 
     def tracking_errors(self, robots: Iterable[str]) -> dict[str, float]:
         """The stated tracking error of each robot [m]."""

@@ -9,20 +9,29 @@ there are no motions, it examines the failed calls and solves the problem again 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_type_hints
 
 from kabo.budgets import StopFlag, default_memory
 from kabo.displays import bullets, counted, display, shortened
-from kabo.errors import InputError
+from kabo.errors import InputError, did_you_mean
 from kabo.explain.findings import Counterfactual, Finding, Obstacles
 from kabo.explain.sentences import report
 from kabo.explain.unused import Unused
-from kabo.given import require_given
+from kabo.given import (
+    as_float,
+    refuse,
+    require_flag,
+    require_function,
+    require_functions,
+    require_given,
+    require_number,
+    require_procedures,
+)
 from kabo.knowledge import Verdict as Judged
 from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding.problem import ground_whole
 from kabo.language.problem import Problem
-from kabo.options import ExplainOptions, Options, Search
+from kabo.options import OPTIONS, ExplainOptions, Options, Search
 from kabo.planner.geometry.external_procedures import ExternalProcedures
 from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.reasons import beyond_reasoning
@@ -152,6 +161,7 @@ def explain(
             solving with geometry; `changes`: the greatest number of changes that are tried.
 
     Raises:
+        ArgumentError: an argument is of a wrong kind, or an option takes no such value; says what is expected.
         InputError: the problem uses what the planner does not support, or its initial knowledge
             contradicts itself.
 
@@ -160,7 +170,12 @@ def explain(
         <Explanation solvable: There is a plan as far as knowledge goes.>
     """
     require_given("problem", problem, Problem)
-    seconds = SECONDS if timeout is None else timeout
+    _require_options(search=search, max_expansions=max_expansions, timeout=timeout, memory=memory, **options)
+    require_functions(cancelled=cancelled, progress=progress)
+    require_procedures(procedures)
+    require_function("known", known)
+    require_flag("geometry", geometry)
+    seconds = SECONDS if timeout is None else as_float(timeout)
     bytes_ = default_memory() if memory is None else memory
     stop = StopFlag(seconds, bytes_, cancelled)
     given = problem
@@ -195,6 +210,24 @@ def explain(
             asked["known"] = lambda found: known(told(found))
             return told(obstacles(problem, left, cancelled, expansions, **asked, **options))
     return told(Obstacles(verdict, tuple(summary)))
+
+
+_OWN_OPTIONS = ("search", "max_expansions", "timeout", "memory")  # arguments of `explain` itself
+
+
+def _require_options(**given: object) -> None:
+    """Checks options by the table, and the number of changes, which no other command has.
+
+    Raises:
+        ArgumentError: there is no such option, or it takes no such value.
+    """
+    for name, value in given.items():
+        if name not in (known := {*get_type_hints(ExplainOptions), *_OWN_OPTIONS}):
+            refuse(name, f"explain() got an unexpected keyword argument {name!r}", did_you_mean(name, known))
+        elif name == "changes":
+            require_number(name, value, 0, whole=True)
+        elif value is not None:
+            OPTIONS[name].require(value)
 
 
 def _has_motions(problem: Problem) -> bool:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import zip_longest
+from types import NoneType
 from typing import Literal
 
 from kabo.errors import did_you_mean
@@ -16,7 +17,7 @@ from kabo.exporting.texts import lines_of
 from kabo.exporting.urscript import USUAL_RATE as UR_RATE
 from kabo.exporting.urscript import statements, ur_program
 from kabo.exporting.way import Choice, refusal, require_followable, timed_branch
-from kabo.given import require_given
+from kabo.given import require_flag, require_given, require_number
 from kabo.plan import Plan, plan_to_dot
 
 MAX_PART = 100  # characters of what differs in a message
@@ -127,7 +128,6 @@ def export(
         >>> kabo.export(plan, "mermaid").splitlines()[0]
         'flowchart TD'
     """
-    require_given("plan", plan, Plan)
     wishes = Wishes(Choice(branch, node, robot), rate, way_points, file)
     return _format(plan, to, wishes).write(plan, wishes)
 
@@ -185,6 +185,7 @@ def check_export(
     """
     wishes = Wishes(Choice(branch, node, robot), rate, way_points, file)
     form = _format(plan, to, wishes)
+    require_given("text", text, str)
     expected = form.parts(form.write(plan, wishes))
     try:
         found = form.parts(text)
@@ -202,24 +203,26 @@ def _format(plan: Plan, to: str, wishes: Wishes) -> Format:
     Raises:
         InputError: there is none of this name, or it does not take what was chosen; or the plan cannot be followed.
     """
+    require_given("plan", plan, Plan)
+    choice = wishes.choice
+    words = {"branch": choice.branch, "node": choice.node, "robot": choice.robot}
+    for name, given in words.items():
+        require_given(name, given, str, NoneType)
+    require_given("to", to, str)
+    require_given("file", wishes.file, str)
+    require_flag("way_points", wishes.way_points)
     if to not in FORMATS:
         hint = did_you_mean(to, FORMATS) or f"formats are {', '.join(FORMATS)}"
         raise refusal("--to", f'there is no format "{to}"', hint)
     found = FORMATS[to]
-    choice = wishes.choice
-    given = {
-        "branch": choice.branch is not None,
-        "node": choice.node is not None,
-        "robot": choice.robot is not None,
-        "rate": wishes.rate is not None,
-        "way_points": wishes.way_points,
-    }
-    for name in (each for each, is_given in given.items() if is_given and each not in found.takes):
+    chosen = {name for name, given in {**words, "rate": wishes.rate}.items() if given is not None}
+    chosen |= {"way_points"} if wishes.way_points else set()
+    for name in (each for each in OPTIONS if each in chosen and each not in found.takes):
         takers = ", ".join(each for each, other in FORMATS.items() if name in other.takes)
         raise refusal(OPTIONS[name], f"{to} does not take it: it is of {takers}", "leave it out")
     if choice.branch is not None and choice.node is not None:
         raise refusal("--node", "a branch is chosen, too", "choose a branch or one node")
-    if wishes.rate is not None and not 0.0 < wishes.rate <= 1e4:
+    if wishes.rate is not None and not 0.0 < require_number("rate", wishes.rate) <= 1e4:
         raise refusal("--rate", f"{wishes.rate} Hz is no rate from 0 to 10000 Hz", "choose another rate")
     require_followable(plan, wishes.file)
     return found

@@ -19,7 +19,9 @@ from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.geometry_server.teams import Team, TeamStream
 from kabo.geometry_server.workspace import Workspace
+from kabo.given import require_flag, require_function, require_given
 from kabo.language.scene_description import Constraint
+from kabo.options import require_clearance, require_epsilon, require_seed
 from kabo.scene import GeometricState, Scene
 from kabo.streams import stream_key
 
@@ -37,6 +39,9 @@ class GeometryServer:
     """Predicates and samples for one scene, with accuracy epsilon [m] (None: the scene's) and random streams of `seed`.
 
     Bodies keep `clearance` [m] from each other, and what the scene says is uncertain.
+
+    Raises:
+        ArgumentError: an argument is of a wrong kind, or a number that nothing can be computed with.
     """
 
     scene: Scene
@@ -48,6 +53,11 @@ class GeometryServer:
     clearance: float = 0.0
 
     def __post_init__(self) -> None:
+        require_given("scene", self.scene, Scene)
+        require_epsilon(self.epsilon)
+        self.seed, self.clearance = require_seed(self.seed), require_clearance(self.clearance)
+        require_flag("exact", self.exact)
+        require_function("stop", self.stop)
         self.budget = Budget.share(self.scene.epsilon if self.epsilon is None else self.epsilon)
         self.surroundings = SceneSurroundings(
             self.scene, self.budget, self.exact, self.statistics, clearance=self.clearance

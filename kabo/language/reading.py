@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from kabo.errors import Diagnostic, InputError
+from kabo.given import require_path
 from kabo.language.definitions import Definition, Format
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
@@ -35,13 +36,16 @@ def load_problem(path: str | Path, other: str | Path | None = None, *, within: P
         within: if given, no file outside of this folder is opened (links are followed first).
 
     Raises:
+        ArgumentError: an argument is no path.
         InputError: with every diagnostic of all files that belong to the problem.
 
     Example:
         >>> kabo.load_problem("domains/grid/n3.yaml")
         <Problem grid_n3_2: 13 objects, 5 actions, 1 goal>
     """
-    named = [os.fspath(each) for each in (path, other) if each is not None]
+    within = None if within is None else require_path("within", within)
+    others = () if other is None else (require_path("other", other),)
+    named = [os.fspath(each) for each in (require_path("path", path), *others)]
     own = [name for name in named if not is_imported(name)]
     if own and len(named) == 1:
         from kabo.language.yaml.loading import load_problem as load_yaml

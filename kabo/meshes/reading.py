@@ -8,8 +8,9 @@ import hashlib
 import logging
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from io import BytesIO
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ import numpy as np
 from kabo.content_cache import ContentCache
 from kabo.displays import counted
 from kabo.errors import did_you_mean
+from kabo.given import as_float, require_path, shown
 from kabo.language.formulas import Place
 from kabo.meshes.headers import MESH_FORMATS, misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
@@ -60,13 +62,20 @@ def load_mesh(
         repair: apply the safe repairs of `kabo.meshes.repaired`.
 
     Raises:
+        ArgumentError: an argument is of a wrong kind.
         MeshError: the file cannot be read, or holds no triangles, or numbers that are not finite.
     """
-    path = Path(path)
+    path = require_path("path", path)
     place = place or Place(str(path), 1, 1)
-    factors = (float(scale),) * 3 if isinstance(scale, (int, float)) else tuple(map(float, scale))
-    if len(factors) != 3 or not all(math.isfinite(factor) and factor != 0.0 for factor in factors):
-        raise refuse(place, f"a mesh cannot be scaled by {scale!r}", "write a number, e.g. 0.001 for millimetres")
+    given = (scale,) * 3 if isinstance(scale, Real) else tuple(scale) if isinstance(scale, Iterable) else ()
+    factors = tuple(as_float(each) for each in given if isinstance(each, Real) and not isinstance(each, bool))
+    if (
+        len(given) != 3
+        or not all(math.isfinite(factor) and factor != 0.0 for factor in factors)
+        or len(factors) != 3
+    ):
+        what = f"a mesh cannot be scaled by {shown(scale)}"
+        raise refuse(place, what, "write a number, e.g. 0.001 for millimetres")
     _require_readable(path, place)
     mesh = _read(path, factors, place)
     if repair:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
+from kabo.given import refuse, require_number, shown
 from kabo.motion.bernstein import MAX_DEGREE, derivative, ranges, recentred, values
 from kabo.motion.following import place_on_path
 from kabo.motion.rounding import rounded_coefficients
@@ -143,9 +144,10 @@ class Trajectory:
         Before the beginning and after the end the motion stands still. At a border of pieces the later piece counts.
 
         Raises:
+            ArgumentError: a time is no number.
             ValueError: the order is negative.
         """
-        wanted = np.asarray(times, np.float64)
+        wanted = _numbers("times", times)
         clipped = np.minimum(np.maximum(wanted, self.times[0]), self.times[-1])
         k = np.minimum(np.searchsorted(self.knots, clipped, side="right"), len(self.coefficients)) - 1
         value = values(derivative(self.padded[k], order), (clipped - self.knots[k])[..., None])
@@ -157,12 +159,11 @@ class Trajectory:
         The last sample is the end of the motion: its distance from the one before may be shorter.
 
         Raises:
-            ValueError: the rate is not positive, or there would be more than 10^8 samples.
+            ArgumentError: the rate is no positive number, or there would be more than 10^8 samples.
         """
-        if not rate > 0.0:
-            raise ValueError(f"a rate of samples must be positive, not {rate} Hz")
+        rate = require_number("rate", rate, above=0.0, endless=True, unit="Hz")
         if self.duration * rate > MAX_SAMPLES:
-            raise ValueError(f"at {rate} Hz this motion has more than {MAX_SAMPLES} samples")
+            refuse("rate", f"at {rate} Hz this motion has more than {MAX_SAMPLES} samples")
         steps = np.arange(np.ceil(self.duration * rate - 1e-9))
         times = np.append(self.times[0] + steps / rate, self.times[-1])
         return Samples(times, *(self.at(times, order) for order in range(3)))
@@ -188,20 +189,18 @@ class Trajectory:
         """The same motion, `seconds` later.
 
         Raises:
-            ValueError: the number of seconds is not finite.
+            ArgumentError: it is no finite number of seconds.
         """
-        if not isfinite(seconds):
-            raise ValueError(f"a motion cannot begin {seconds} s later")
+        seconds = require_number("seconds", seconds, unit="s")
         return replace(self, times=tuple(_whole(t + seconds) for t in self.times))
 
     def scaled(self, factor: float) -> "Trajectory":
         """The same motion, slower by `factor` (faster below 1), from the same beginning.
 
         Raises:
-            ValueError: the factor is not from 1e-6 to 1e6.
+            ArgumentError: the factor is no number from 1e-6 to 1e6.
         """
-        if not FACTORS[0] <= factor <= FACTORS[1]:
-            raise ValueError(f"a factor of time must be from {FACTORS[0]:g} to {FACTORS[1]:g}, not {factor}")
+        factor = require_number("a factor of time", factor, *FACTORS)
         start = self.times[0]
         times = tuple(start + (t - start) * factor for t in self.times)
         padded = self.padded / factor ** np.arange(MAX_DEGREE + 1)
@@ -221,6 +220,7 @@ class Trajectory:
         Raises:
             ValueError: the time is not between the beginning and the end.
         """
+        time = require_number("time", time, unit="s")
         if not self.times[0] < time < self.times[-1]:
             raise ValueError(f"no time between {self.times[0]} s and {self.times[-1]} s: {time} s")
         k = int(np.searchsorted(self.times, time, side="left"))
@@ -313,3 +313,18 @@ def _trimmed(padded: Array) -> Coefficients:
         tuple(tuple(own[:length]) for own, length in zip(piece, counts, strict=True))
         for piece, counts in zip(rows, lengths.tolist(), strict=True)
     )
+
+
+def _numbers(name: str, given: ArrayLike) -> Array:
+    """The numbers that a caller gives.
+
+    Raises:
+        ArgumentError: one is none.
+    """
+    try:
+        numbers = np.asarray(given, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        refuse(name, f"{name} must be numbers, not {shown(given)}")
+    if np.isnan(numbers).any():
+        refuse(name, f"{name} must be numbers, and one is NaN")
+    return numbers

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.displays import counted, display
+from kabo.given import require_output
 from kabo.motion import Trajectory
 from kabo.plan.certificate import Certificate
 
@@ -201,11 +202,12 @@ class Plan:
         """Writes the plan's file, completely or not at all; returns its hash, `sha256:…`. `kabo.load_plan` reads it.
 
         Raises:
+            InputError: `path` is no file in a folder that exists.
             OSError: the file cannot be written.
         """
         from kabo.plan.writing import write_plan
 
-        return write_plan(self, Path(path))
+        return write_plan(self, require_output("path", path))
 
     def to_dot(self) -> str:
         """The plan in Graphviz's language DOT, for `dot -Tsvg`: a box for each action, outcomes on the edges."""

@@ -7,6 +7,7 @@ actions up to the next observation, and the possible outcomes of this observatio
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from kabo.given import require_given
 from kabo.plan.plan import Node, Plan
 
 
@@ -118,5 +119,9 @@ def policy(plan: Plan) -> Policy:
         >>> decision = kabo.policy(plan)()
         >>> [node.action for node in decision.actions], decision.observe
         (['move', 'pick_up', 'move', 'look_at_lock'], 'lock(c2_3, diamond)')
+
+    Raises:
+        ArgumentError: `plan` is none.
     """
+    require_given("plan", plan, Plan)
     return Policy(plan)

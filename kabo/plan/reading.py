@@ -8,6 +8,7 @@ import logging
 import re
 from pathlib import Path
 
+from kabo.given import read_file, require_given
 from kabo.options import OPTIONS, Option
 from kabo.plan.certificate_json import certificate_from_json
 from kabo.plan.checked_json import JsonValue, read_checked
@@ -48,8 +49,7 @@ def load_plan(path: str | Path) -> Plan:
         path: the plan file.
 
     Raises:
-        InputError: the form is wrong; has all findings with their JSON paths.
-        OSError: the file cannot be read.
+        InputError: the file cannot be read, or its form is wrong; has all findings with their JSON paths.
 
     Example:
         >>> plan = kabo.solve(kabo.load_problem("domains/grid/n3.yaml")).plan
@@ -58,7 +58,7 @@ def load_plan(path: str | Path) -> Plan:
         >>> kabo.load_plan("plan.json") == plan
         True
     """
-    content = Path(path).read_bytes()
+    content = read_file("path", path)
     _LOG.debug("read %s", path, extra={"fields": {"file": str(path), "bytes": len(content)}})
     return plan_from_json(content, file=str(path))
 
@@ -71,8 +71,11 @@ def plan_from_json(content: bytes | str, *, file: str = "plan.json") -> Plan:
         file: its name in diagnostics.
 
     Raises:
+        ArgumentError: `content` is neither bytes nor text.
         InputError: the form is wrong; has all findings with their JSON paths.
     """
+    require_given("content", content, bytes, str)
+    require_given("file", file, str)
     return read_checked(content.encode("utf-8", "replace") if isinstance(content, str) else content, file, _plan)
 
 

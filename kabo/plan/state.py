@@ -7,9 +7,11 @@ A plan may begin in such a state in place of the problem's start. Knowledge is n
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
+from numbers import Real
 from pathlib import Path
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.given import as_float, read_file, require_given, require_output, shown
 from kabo.plan.checked_json import JsonValue, read_checked
 from kabo.plan.plan import Done, Node, ObjectPose, Plan, StateChange
 from kabo.plan.reading import done_from_json, state_from_json
@@ -43,12 +45,13 @@ class State:
         """Writes the state's file, completely or not at all; `kabo.load_state` reads it.
 
         Raises:
-            InputError: a robot or an object is at a number that is not finite, which no file holds.
+            InputError: `path` is no file in a folder that exists; or a robot or an object is at a number that is not
+                finite, which no file holds.
             OSError: the file cannot be written.
         """
         if self.geometry is not None and (faults := list(_not_finite(self.geometry))):
             raise InputError(faults)
-        write_atomically(Path(path), canonical(state_file(self)) + b"\n")
+        write_atomically(require_output("path", path), canonical(state_file(self)) + b"\n")
 
 
 def state_after(
@@ -71,6 +74,10 @@ def state_after(
         InputError: the history is no way through the plan, the plan has no such robot, joint or object, or one of them
             is at a number that is not finite.
     """
+    for name, given, kind in (("robots", robots, Mapping), ("objects", objects, ObjectPose)):
+        require_given(name, given, Mapping)
+        for own, each in given.items():
+            require_given(f"{name}[{own!r}]", each, kind)
     done, now = list(plan.done or ()), plan.start
     for name, node, outcome in _followed(plan, history):
         if node.action is not None or node.on is not None:
@@ -111,11 +118,17 @@ def _not_finite(change: StateChange) -> Iterator[Diagnostic]:
     """A diagnostic for each joint and each object that is at NaN or at infinity."""
     for name, joints in change.robots.items():
         for joint, value in joints.items():
-            if not isfinite(value):
-                yield Diagnostic("state", 1, 1, f"{joint} of {name} is at {value}", "a finite number [rad or m]")
+            if not _is_finite(value):
+                yield Diagnostic(
+                    "state", 1, 1, f"{joint} of {name} is at {shown(value)}", "a finite number [rad or m]"
+                )
     for name, pose in change.objects.items():
-        if not all(map(isfinite, (*pose.position, *pose.quaternion))):
+        if not all(map(_is_finite, (*pose.position, *pose.quaternion))):
             yield Diagnostic("state", 1, 1, f"the pose of {name} has a number that is not finite", None)
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and isfinite(as_float(value))
 
 
 def changed(state: StateChange, change: StateChange) -> StateChange:
@@ -131,6 +144,7 @@ def _followed(plan: Plan, history: History) -> Iterable[tuple[str, Node, str | N
         InputError: they are no way through the plan.
     """
     expected: str | None = plan.root
+    require_given("history", history, Sequence)
     for number, step in enumerate(history, start=1):
         if not isinstance(step, list | tuple) or len(step) != 2 or not isinstance(step[0], str):
             text = f"step {number} is {step!r}, and not a node with the outcome that was observed, or None"
@@ -168,10 +182,9 @@ def load_state(path: str | Path) -> State:
         path: the file.
 
     Raises:
-        InputError: the form is wrong; has all findings with their JSON paths.
-        OSError: the file cannot be read.
+        InputError: the file cannot be read, or its form is wrong; has all findings with their JSON paths.
     """
-    return read_checked(Path(path).read_bytes(), str(path), _state)
+    return read_checked(read_file("path", path), str(path), _state)
 
 
 def _state(place: JsonValue) -> State:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from kabo.given import require_given, require_number
 from kabo.plan.plan import Node, Plan
 from kabo.plan.statistics import plan_statistics
 
@@ -18,8 +19,11 @@ def unfold(plan: Plan, limit: int = MAX_LEAVES) -> Plan:
         limit: the greatest number of leaves of the tree.
 
     Raises:
+        ArgumentError: `plan` is none, or `limit` is no whole number.
         ValueError: the plan has a cycle, or more branches than `limit`.
     """
+    require_given("plan", plan, Plan)
+    require_number("limit", limit, 1, whole=True)
     leaves = plan_statistics(plan).plan_leaves
     if leaves > limit:
         raise ValueError(f"the tree would have {leaves} leaves, more than {limit}")

@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from kabo.given import require_given
 from kabo.plan.certificate_json import certificate_to_json
 from kabo.plan.plan import Done, Learned, Node, ObjectPose, Plan, Segment, StateChange, ValueOf
 from kabo.plan.trajectory_json import TIME_DECIMALS, rounded_trajectory, trajectory_to_json
@@ -31,8 +32,10 @@ def plan_to_json(plan: Plan) -> bytes:
         plan: the plan; its numbers are rounded as in files.
 
     Raises:
+        ArgumentError: `plan` is none.
         ValueError: a number is NaN or infinite.
     """
+    require_given("plan", plan, Plan)
     return canonical(_plan(plan)) + b"\n"
 
 

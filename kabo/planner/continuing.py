@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
-from kabo.given import require_given
+from kabo.given import require_all
 from kabo.knowledge import Branching, GroundAction, GroundedTask
 from kabo.knowledge.actions import RunTimeArgument
 from kabo.language.problem import Problem
@@ -41,8 +41,6 @@ def after(
         >>> kabo.solve(problem, start=state)
         <Result solved: 10 nodes, 2 outcomes, 8 actions at most>
     """
-    require_given("problem", problem, Problem)
-    require_given("plan", plan, Plan)
     require_of(problem, plan)
     return state_after(plan, history, robots=robots, objects=objects)
 
@@ -51,8 +49,10 @@ def require_of(problem: Problem, plan: Plan) -> None:
     """Checks that a plan is of a problem.
 
     Raises:
+        ArgumentError: one of them is of a wrong kind.
         InputError: it is of another one.
     """
+    require_all(problem=(problem, Problem), plan=(plan, Plan))
     if plan.problem != problem.name:
         text = f"the plan is of {plan.problem}, not of {problem.name}"
         raise InputError([Diagnostic("plan", 1, 1, text, "give the problem of which it was made")])

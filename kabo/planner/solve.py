@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 from kabo.budgets import default_memory
 from kabo.errors import CutOff
 from kabo.frozen_gc import frozen_gc
-from kabo.given import require_given
+from kabo.given import require_functions, require_given, require_procedures
 from kabo.knowledge import GroundedTask, ground, verdict_of
 from kabo.language.problem import Problem
-from kabo.options import Options, SolveOptions, takes_options
+from kabo.options import Options, SolveOptions, require_workers, takes_options
 from kabo.phases import timed
 from kabo.plan import State
 from kabo.planner.continuing import knowledge_after
@@ -88,6 +88,7 @@ def solve(
             problem, the scene or the defaults.
 
     Raises:
+        ArgumentError: an argument is of a wrong kind, or an option takes no such value; says what is expected.
         InputError: the problem uses what the planner does not support, its scene does not load, a procedure's
             answer is not as the domain declares it, or `start` is no state of the problem.
 
@@ -101,6 +102,12 @@ def solve(
     require_given("problem", problem, Problem)
     if start is not None:
         require_given("start", start, State)
+    if memo is not None:
+        require_given("memo", memo, Memo)
+    workers = require_workers(workers)
+    require_procedures(procedures)
+    require_functions(progress=progress, cancelled=cancelled, on_found=on_found, on_refused=on_refused)
+    require_functions(on_procedures=on_procedures, on_first=on_first)
     scene = problem.scene
     found: SolveOptions = {"memory": default_memory(), "epsilon": None if scene is None else scene.epsilon}
     chosen = Options.of(options, problem.options, found)

@@ -22,7 +22,7 @@ def findings(
     meshes: Mapping[str, Mesh],
     poses: Mapping[str, Array],
 ) -> Iterator[Diagnostic]:
-    """A diagnostic for everything that lies too far away, and for gripper values beyond their joints' limits.
+    """A diagnostic for what lies too far away, for gripper values beyond limits, and for what stays behind a link.
 
     Args:
         description: the scene as described in its files.
@@ -40,6 +40,25 @@ def findings(
             yield _too_far(description.robots[name].place, f'robot "{name}"', far)
         yield from _beyond_limits(description, name, robot)
     yield from _unknown_fingers(description, robots)
+    yield from _left_behind(description, robots)
+
+
+def _left_behind(description: SceneDescription, robots: Mapping[str, Robot]) -> Iterator[Diagnostic]:
+    """A diagnostic for each fixed body, region and robot whose pose is in the frame of a link that moves.
+
+    All three keep the place where the link is at first. What is on the link in truth would move with it, and nothing
+    that is proven would hold.
+    """
+    frames = [("fixed body", each.name, each.pose) for each in description.bodies.values() if not each.movable]
+    frames += [("region", each.name, each.pose) for each in description.regions.values()]
+    frames += [("robot", each.name, each.base) for each in description.robots.values()]
+    for kind, name, pose in frames:
+        robot, dot, link = pose.frame.partition(".")
+        if dot and robot in robots and not robots[robot].stands(link):
+            at = pose.place or Place("scene", 1, 1)
+            said = f'the {kind} "{name}" is placed on {pose.frame}, which moves, and would stay behind'
+            hint = "a part of the robot belongs into its URDF; what it holds at first is `movable: true`"
+            yield Diagnostic(at.file, at.line, at.column, said, hint, at.length)
 
 
 def _unknown_fingers(description: SceneDescription, robots: Mapping[str, Robot]) -> Iterator[Diagnostic]:

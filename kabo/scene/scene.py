@@ -13,6 +13,7 @@ from kabo.arrays import Array
 from kabo.children import never
 from kabo.displays import counted, display
 from kabo.errors import Diagnostic, InputError
+from kabo.given import require_function, require_path
 from kabo.language import load_scene_description
 from kabo.language.formulas import Place
 from kabo.language.scene_description import (
@@ -264,10 +265,12 @@ def load_scene(description: SceneDescription | str | Path, look: Callable[[], No
         look: called before each URDF and mesh; may raise an error to stop.
 
     Raises:
+        ArgumentError: `description` is neither a path nor what was read from a file.
         InputError: something does not load; the error lists every failure with its place in the scene file.
     """
+    require_function("look", look)
     if not isinstance(description, SceneDescription):
-        description = load_scene_description(description)
+        description = load_scene_description(require_path("description", description))
     with phase("loading the scene", log=_LOG):
         loader = _Loader(description, look)
         robots = loader.collect(lambda robot: loader.robot(robot.name), description.robots)

@@ -9,12 +9,14 @@ Source: the MuJoCo documentation, XML reference.
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import combinations, product
+from types import NoneType
 from xml.etree.ElementTree import Element as Tag
 from xml.etree.ElementTree import SubElement, indent, tostring
 
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.given import require_given
 from kabo.scene import REVOLUTE, Robot, Scene, world_T
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import quaternion, transform
@@ -73,8 +75,12 @@ def physics_model(
     """A scene as a model of physics, with bodies where they are in `start`, or as the scene says.
 
     Raises:
+        ArgumentError: an argument is of a wrong kind.
         MeshError: a mesh has no volume, and no hull.
     """
+    require_given("scene", scene, Scene)
+    require_given("settings", settings, PhysicsSettings)
+    require_given("start", start, GeometricState, NoneType)
     return _Writer(scene, settings, start or scene.start).model()
 
 

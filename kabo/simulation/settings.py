@@ -1,8 +1,8 @@
 """What a model of physics needs beyond a scene, with defaults for what nobody has written down."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
-from kabo.errors import Diagnostic, InputError
+from kabo.given import require_flag, require_number
 
 
 @dataclass(frozen=True)
@@ -35,21 +35,14 @@ class PhysicsSettings:
         """Checks the numbers.
 
         Raises:
-            InputError: one is not a positive finite number.
+            ArgumentError: one is not a positive finite number.
         """
-        numbers = {
-            "timestep": self.timestep,
-            "friction": self.friction,
-            "body_density": self.body_density,
-            "link_density": self.link_density,
-            "rotor_inertia": self.rotor_inertia,
-            "grip_force": self.grip_force,
-            "contact_precision": 1.0 if self.contact_precision is None else self.contact_precision,
-        }
-        for name, value in numbers.items():
-            if not 0.0 < value < float("inf"):
-                text = f"{name} is {value:g}, which is not a positive number"
-                raise InputError([Diagnostic("simulation", 1, 1, text, "see kabo.simulation.PhysicsSettings")])
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if each.name == "welds":
+                require_flag(each.name, value)
+            elif value is not None or each.default is not None:
+                require_number(each.name, value, above=0.0)
 
 
 USUAL = PhysicsSettings()

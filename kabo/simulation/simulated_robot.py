@@ -11,6 +11,8 @@ from kabo.execution.following import Follower, Setpoint
 from kabo.execution.loads import load_of
 from kabo.execution.motions import Motion
 from kabo.execution.protocols import RobotState
+from kabo.execution.settings import LONGEST_DELAY, MOST_RATE
+from kabo.given import require_functions, require_number
 from kabo.scene import Scene, motion_limits
 from kabo.scene.state import GeometricState
 from kabo.scene.transforms import inverse
@@ -38,6 +40,9 @@ class SimulatedRobot:
         disturb: called before each time step with the physics, to push, drop or break something.
         masses: true masses of bodies [kg], which neither the plan nor the controller knows.
         delay: how late motors get their setpoints [s].
+
+    Raises:
+        ArgumentError: an argument is of a wrong kind, or no such number.
     """
 
     def __init__(
@@ -51,6 +56,9 @@ class SimulatedRobot:
         masses: Mapping[str, float] | None = None,
         delay: float = 0.0,
     ) -> None:
+        require_number("rate", rate, above=0.0, most=MOST_RATE, unit="Hz")
+        require_number("delay", delay, 0.0, LONGEST_DELAY, unit="s")
+        require_functions(disturb=disturb)
         self.scene, self.settings = scene, settings
         self.physics = Physics(scene, settings, start, masses)
         self.each = max(1, round(1.0 / (rate * settings.timestep)))  # time steps between two setpoints

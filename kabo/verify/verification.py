@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from kabo.given import require_given
+from kabo.given import refuse, require_all, require_given, require_procedures
 from kabo.language import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.plan import Plan, State, plan_statistics
@@ -50,6 +50,7 @@ def verify_plan(
             without that most plans take half the time. Contacts are always judged by the meshes.
 
     Raises:
+        ArgumentError: an argument is of a wrong kind.
         InputError: the scene's meshes or URDFs do not load, or a procedure's answer is not as the domain declares it.
 
     Example:
@@ -57,9 +58,9 @@ def verify_plan(
         >>> kabo.verify(problem, kabo.solve(problem).plan)
         <Report verified: 2 outcomes>
     """
-    require_given("plan", plan, Plan)
+    require_all(plan=(plan, Plan), start=(start, State, type(None)), changes=(changes, list, tuple))
     problem = _problem(problem, plan)
-    if procedures:
+    if procedures := require_procedures(procedures):
         seed = plan.options.get("seed")
         problem = with_functions(problem, procedures, seed if isinstance(seed, int) else 0)
     order, findings = check_structure(plan)
@@ -90,8 +91,8 @@ def _problem(given: "Problem | Scene | SceneDescription", plan: Plan) -> Problem
     if isinstance(given, Problem):
         return given
     scene: object = getattr(given, "description", given)
-    if scene is None:
-        raise ValueError("the scene was not loaded from a file: give what `kabo.load_scene` returns")
+    if scene is None and given is not None:
+        refuse("problem", "the scene was not loaded from a file: give what `kabo.load_scene` returns")
     if not isinstance(scene, SceneDescription):
         require_given("problem", given, Problem)
     assert isinstance(scene, SceneDescription)

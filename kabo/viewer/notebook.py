@@ -1,13 +1,16 @@
 """The page in Python: `view` writes and opens it, and notebooks show it in a frame."""
 
+import os
 import sys
 import tempfile
 import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
+from types import NoneType
 
 from kabo.displays import frame
 from kabo.errors import InputError
+from kabo.given import missing_file, require_given, require_output, require_path
 from kabo.language.problem import Problem
 from kabo.viewer.content.given import ViewOptions, document_of_file
 from kabo.viewer.content.objects import Viewable, document_of
@@ -26,9 +29,10 @@ class Page:
         """Writes the page, completely or not at all.
 
         Raises:
+            InputError: `path` is no file in a folder that exists.
             OSError: the file cannot be written.
         """
-        write_atomically(Path(path), self.html)
+        write_atomically(require_output("path", path), self.html)
 
     def __repr__(self) -> str:
         return f"<Page {'in memory' if self.path is None else self.path}: {len(self.html) / 1e6:.1f} MB>"
@@ -53,25 +57,31 @@ def view(
         open: whether to open the page in a browser; None: unless this is a notebook.
 
     Raises:
+        ArgumentError: an argument is of a wrong kind, or there is nothing to show: no plan in a result, no scene in a
+            problem.
         InputError: the files of the thing have errors, or its meshes do not load.
-        ValueError: there is nothing to show: no plan in a result, no scene in a problem.
-        OSError: a file cannot be read or written.
+        OSError: a file cannot be written.
 
     Example:
         >>> result = kabo.solve(kabo.load_problem("domains/grid/n3.yaml"))
         >>> kabo.view(result, "plan.html", open=False)
         <Page plan.html: ... MB>
     """
+    require_given("problem", problem, Problem, NoneType)
+    path = None if path is None else require_output("path", path)
     if isinstance(thing, str | Path):
         named = None if problem is None else problem.path
-        document = document_of_file(Path(thing), ViewOptions(problem=named))
+        file = require_path("thing", thing)
+        if not os.path.exists(file):  # False for too long a name, too
+            raise InputError([missing_file(file)])
+        document = document_of_file(file, ViewOptions(problem=named))
     else:
         document = document_of(thing, problem)
     html = page_of(document)
     wanted = not _in_notebook() if open is None else open
     if path is None and wanted:
         path = Path(tempfile.mkdtemp(prefix="kabo-")) / "page.html"
-    page = Page(html, None if path is None else Path(path))
+    page = Page(html, path)
     if page.path is not None:
         page.save(page.path)
         if wanted:

@@ -39,7 +39,7 @@ def sections() -> str:
 def branch(kind: type, raised: list[type], depth: int) -> list[str]:
     """A class and those that inherit from it, as lines of a tree."""
     exit_code = f"exit code {getattr(kind, 'exit_code', '')}"
-    lines = [f"{'  ' * depth}{kind.__name__:<{16 - 2 * depth}}{exit_code}"]
+    lines = [f"{'  ' * depth}{kind.__name__:<{20 - 2 * depth}}{exit_code}"]
     for each in raised:
         if kind in each.__bases__:
             lines += branch(each, raised, depth + 1)

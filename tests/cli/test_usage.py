@@ -99,3 +99,22 @@ def test_a_null_character_is_no_argument(capsys):
         main(["solve", "x\0.yaml", "--json"])
     assert ended.value.code == 2
     assert json.loads(capsys.readouterr().out)["code"] == "bad_request"
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        "solve one.yaml --seed",
+        "solve one.yaml --max-samples",
+        "explain one.yaml --changes",
+        "motion one.yaml --samples",
+        "task plan one.yaml --repeat",
+        "view one.json --solution",
+        "view one.json --port",
+    ],
+)
+def test_a_number_of_hundreds_of_digits_gets_one_line(kabo, option):
+    """It is no float, and its text no message."""
+    said = kabo(*option.split(), "9" * 400)
+    assert said.code == 2 and said.err.count("\n") == 1 and len(said.err) < 250
+    assert option.split()[-1] in said.err

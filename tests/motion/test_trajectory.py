@@ -160,7 +160,7 @@ NO_MOTIONS = [
     (lambda: LINE.at(0.5, -1), "not -1"),
     (lambda: LINE.scaled(float("inf")), "not inf"),
     (lambda: LINE.scaled(1e-300), "not 1e-300"),
-    (lambda: LINE.shifted(float("nan")), "nan s later"),
+    (lambda: LINE.shifted(float("nan")), "seconds must be a number, and finite, not nan"),
     (lambda: LINE.sampled(float("inf")), "more than 100000000 samples"),
 ]
 

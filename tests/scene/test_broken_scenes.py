@@ -54,6 +54,16 @@ FAULTS = {
         at="frame: b",
         says=("a → b → a", "world"),
     ),
+    "a fixed body on a link that moves": Fault(
+        things="objects:\n  eye: {box: [0.02, 0.02, 0.02], pose: {frame: r.hand, position: [0, 0, 0.1]}}\n",
+        at="frame: r.hand",
+        says=('fixed body "eye"', "r.hand, which moves", "URDF", "movable: true"),
+    ),
+    "a region on a link that moves": Fault(
+        things="regions:\n  reach: {box: [0.02, 0.02, 0.02], pose: {frame: r.hand}}\n",
+        at="frame: r.hand",
+        says=('region "reach"', "stay behind"),
+    ),
     "a length with its unit": Fault(
         things=CRATE.replace("[0.5, 0", "[50 cm, 0"), at="50 cm", says=('"50 cm"', "write 0.5")
     ),

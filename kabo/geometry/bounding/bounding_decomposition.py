@@ -15,12 +15,15 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.compilation import cache_folder
 from kabo.displays import counted, display
+from kabo.geometry.bounding.bounding_mesh import MOST_EPSILON
 from kabo.geometry.bounding.cover_tree import CoverTree
 from kabo.geometry.bounding.decomposition import Request
 from kabo.geometry.bounding.enclosing_union import Aims
 from kabo.geometry.bounding.enclosure import aims_for, kept_cover, name_of
 from kabo.geometry.bounding.shapes import shape_of
+from kabo.given import require_choice, require_methods, require_number, require_path
 from kabo.meshes import Mesh
+from kabo.options import require_seed
 from kabo.phases import phase
 
 _LOG = logging.getLogger("kabo.geometry")
@@ -97,17 +100,19 @@ def bounding_decomposition(
         cache: the folder of stored decompositions; None is the folder in kabo's cache.
 
     Raises:
-        ValueError: epsilon is not a positive length, or a desired number is not positive.
+        ArgumentError: epsilon is not a positive length, or a desired number is not positive.
         MeshError: the mesh is empty, not finite, open or too fine for epsilon, or has indices out of range.
     """
     began = perf_counter()
-    if not (np.isfinite(epsilon) and epsilon > 0.0):
-        raise ValueError(f"epsilon is {epsilon:g} m, which is not a positive length")
-    if (parts is not None and parts < 1) or (vertices_per_part is not None and vertices_per_part < 4):
-        raise ValueError("a decomposition has at least one part, and a part at least four vertices")
-    if engine not in ("kabo", "coacd"):
-        raise ValueError(f"the engine is kabo or coacd, not {engine}")
-    folder = cache_folder() / "parts" if cache is None else cache
+    require_methods("mesh", mesh, "vertices", "faces")
+    require_number("epsilon", epsilon, above=0.0, most=MOST_EPSILON, unit="m")
+    if parts is not None:
+        require_number("parts", parts, 1, whole=True)
+    if vertices_per_part is not None:
+        require_number("vertices_per_part", vertices_per_part, 4, whole=True)
+    require_choice("engine", engine, ("kabo", "coacd"))
+    require_seed(seed)
+    folder = cache_folder() / "parts" if cache is None else require_path("cache", cache)
     own = Mesh(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces), getattr(mesh, "path", None))
     shape, name = shape_of(own), name_of(own)
     aims = Aims(aims_for(shape, epsilon, name).tolerance, corners=vertices_per_part)

@@ -10,7 +10,7 @@ import logging
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal, Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,12 @@ from kabo.geometry.bounding.kernels.star import MIN_COORDINATE, prepare
 from kabo.geometry.triangles.component_groups import groups_without_crossings
 from kabo.geometry.triangles.kernels.octree import octree_of
 from kabo.geometry.triangles.triangle_trees import tree_of
+from kabo.given import refuse, require_choice, require_flag, require_methods, require_number
 from kabo.meshes import Mesh, require_solid
 from kabo.phases import phase
 
 _LOG = logging.getLogger("kabo.geometry")
+MOST_EPSILON = 1e6  # m: what squares of distances stand
 Side = Literal["outer", "inner"]
 Borders = Literal["refuse", "keep"]
 Cost = Literal["memoryless", "planes", "adapted", "triangles", "diagonal"]
@@ -138,19 +140,18 @@ def bounding_mesh(
 
     Raises:
         MeshError: the mesh is not usable; the message says why, with counts, and what to do.
-        ValueError: epsilon is not positive, too small for the coordinates' rounding, or an option is unknown.
+        ArgumentError: epsilon is not positive, too small for the coordinates' rounding, or an option is unknown.
     """
     begin = time.perf_counter()
+    _require_options(mesh, epsilon, side, vertices, cost, certify, borders)
     points, faces = np.array(mesh.vertices, np.float64, order="C"), np.ascontiguousarray(mesh.faces, np.int64)
     points[np.abs(points) < MIN_COORDINATE] = 0.0
-    _require_options(epsilon, side, cost)
     require_solid(Mesh(points, faces, getattr(mesh, "path", None)), borders=borders)
     rounding = RELATIVE_ROUNDING * float(np.abs(points).max())
     limit = epsilon * (1.0 - 1e-9) - rounding
     if limit < 0.5 * epsilon:
-        raise ValueError(
-            f"epsilon is {epsilon:g} m, less than rounding allows so far from the origin ({rounding:g} m)"
-        )
+        told = f"epsilon is {epsilon:g} m, less than rounding allows so far from the origin ({rounding:g} m)"
+        refuse("epsilon", told)
     settings = _settings(points, epsilon, limit, vertices or 0, COSTS[cost], certify)
     start_of_contraction = time.perf_counter()
     if side == "outer":
@@ -178,13 +179,17 @@ def bounding_mesh(
     )
 
 
-def _require_options(epsilon: float, side: str, cost: str) -> None:
-    if not (np.isfinite(epsilon) and epsilon > 0.0):
-        raise ValueError(f"epsilon must be a positive number of metres, but is {epsilon!r}")
-    if side not in ("outer", "inner"):
-        raise ValueError(f"side must be outer or inner, but is {side!r}")
-    if cost not in COSTS:
-        raise ValueError(f"cost must be one of {', '.join(COSTS)}, but is {cost!r}")
+def _require_options(
+    mesh: object, epsilon: object, side: object, vertices: object, cost: object, certify: object, borders: object
+) -> None:
+    require_methods("mesh", mesh, "vertices", "faces")
+    require_number("epsilon", epsilon, above=0.0, most=MOST_EPSILON, unit="m")
+    require_choice("side", side, get_args(Side))
+    if vertices is not None:
+        require_number("vertices", vertices, 0, whole=True)
+    require_choice("cost", cost, COSTS)
+    require_flag("certify", certify)
+    require_choice("borders", borders, get_args(Borders))
 
 
 def _settings(

@@ -1,13 +1,17 @@
 """From a URDF to the text of a scene in one call, and the file and the name that a user means."""
 
+import os
 from pathlib import Path
+from types import NoneType
 
 from kabo.errors import Diagnostic, InputError
 from kabo.geometry_server.robot_models.model import Wishes, make_robot_model
 from kabo.geometry_server.robot_models.writing import robot_scene_text
+from kabo.given import require_given, require_path
 from kabo.language.names import proper_name
 from kabo.language.recorded_paths import installed_folder
 from kabo.language.robot_files.packages import package_folder, searched_places
+from kabo.options import OPTIONS
 
 DEFAULT_EPSILON = 0.01  # [m]
 
@@ -34,13 +38,18 @@ def robot_scene(
         folder: the folder in which the scene will stand, from which paths are written; None writes whole paths.
 
     Raises:
+        ArgumentError: an argument is of a wrong kind, or no such number.
         InputError: a file does not exist or has errors: all of them; or what was chosen does not exist.
     """
-    file = existing_file(str(urdf), "URDF")
-    meaning = None if srdf is None else existing_file(str(srdf), "SRDF")
+    OPTIONS["epsilon"].require(epsilon)
+    for argument, given in (("name", name), ("tip", tip), ("group", group)):
+        require_given(argument, given, str, NoneType)
+    folder = None if folder is None else require_path("folder", folder)
+    file = existing_file(str(require_path("urdf", urdf)), "URDF")
+    meaning = None if srdf is None else existing_file(str(require_path("srdf", srdf)), "SRDF")
     called = robot_name(name, file, "name")
     model = make_robot_model(file, meaning, name=called, epsilon=epsilon, wishes=Wishes(tip, group))
-    return robot_scene_text(model, None if folder is None else Path(folder))
+    return robot_scene_text(model, folder)
 
 
 def existing_file(text: str, what: str) -> Path:
@@ -57,7 +66,7 @@ def existing_file(text: str, what: str) -> Path:
             hint = f"looked for in {searched_places()}, and among installed packages"
             raise InputError([Diagnostic(what, 1, 1, f'unknown package "{package}"', hint)])
         path = folder / rest
-    if not path.is_file():
+    if not os.path.isfile(path):  # False for too long a name, too
         raise InputError([Diagnostic(what, 1, 1, f'"{text}": there is no such file', f"looked for {path}")])
     return path
 

@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.given import require_given, require_path
 from kabo.language import TASK_LIBRARY, find_task, library_names
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.task_description import Entries, Input, Items, PropertyReference, TaskDescription, Word
+from kabo.options import require_seed
 from kabo.tasks.core import Container, InitialisationError, Monitor, Property, Stage, Task
 from kabo.tasks.files.checking import Recipe, check_task
 from kabo.tasks.files.interface_names import check_interface
@@ -188,9 +190,11 @@ def load_task_file(path: str | Path) -> TaskFile:
     """The task file at `path`, or the library's of that name (`pick`), checked against the stages that exist.
 
     Raises:
+        ArgumentError: `path` is no path.
         InputError: lists every error: of the YAML, of stages, properties, types, monitored stages, and references
             to properties that no ancestor has.
     """
+    path = require_path("path", path)
     if str(path) in library_names() and not Path(path).exists():
         path = TASK_LIBRARY / f"{path}.yaml"
     findings = Findings()
@@ -205,8 +209,24 @@ def load_task(path: str | Path, arguments: Mapping[str, Any] | None = None, *, s
 
     Raises:
         InputError: lists every error of the file, or of the arguments.
+        ArgumentError: an argument is of a wrong kind.
     """
+    seed, arguments = require_seed(seed), require_arguments(arguments)
     return load_task_file(path).task(arguments, seed=seed)
+
+
+def require_arguments(arguments: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The arguments of a task that a caller gives, by name; None are none.
+
+    Raises:
+        ArgumentError: they are no mapping, or a name is no text.
+    """
+    if arguments is None:
+        return {}
+    require_given("arguments", arguments, Mapping)
+    for name in arguments:
+        require_given("the name of an argument", name, str)
+    return dict(arguments)
 
 
 def argument_of(declared: Input, text: str) -> Any:

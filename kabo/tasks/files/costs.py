@@ -8,9 +8,11 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from inspect import signature
+from types import NoneType
 from typing import Any
 
 from kabo.errors import did_you_mean
+from kabo.given import require_function, require_given
 from kabo.language.task_description import RISK
 from kabo.tasks.core import CostTerm, Solution, TaskError, constant, offset, uniform_random, weighted
 from kabo.tasks.core.model.stages import Told
@@ -57,8 +59,11 @@ def register_cost(term: Callable[..., Any], name: str | None = None, *, makes: b
         makes: whether `term` is a function that returns cost terms, instead of being one.
 
     Raises:
+        ArgumentError: `term` is no function, or `name` no text.
         TaskError: another term has that name.
     """
+    require_function("term", term)
+    require_given("name", name, str, NoneType)
     name = term.__name__ if name is None else name
     earlier = _registered.get(name)
     if name in {SUM, *_OF_CORE, *_OF_ROBOTS} or (

@@ -2,16 +2,16 @@
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kabo.displays import counted, display
 from kabo.errors import Diagnostic, InputError
+from kabo.given import read_file, refuse, require_given, require_output
 from kabo.language.formulas import Place
-from kabo.options import require_clearance
 from kabo.tasks.core import Solution, Task
-from kabo.tasks.files.building import TaskFile, load_task_file
+from kabo.tasks.files.building import TaskFile, load_task_file, require_arguments
 from kabo.tasks.files.describing import describe_report
 from kabo.tasks.files.report_form import Report, read_report, report_bytes
 from kabo.tasks.files.reports import report
@@ -57,9 +57,10 @@ class TaskReport:
         """Writes the report's file, completely or not at all; `kabo task show` and `kabo view` read it.
 
         Raises:
+            InputError: `path` is no file in a folder that exists.
             OSError: the file cannot be written.
         """
-        write_atomically(Path(path), report_bytes(self.content))
+        write_atomically(require_output("path", path), report_bytes(self.content))
 
     def __repr__(self) -> str:
         return f"<TaskReport {self.content['task']}: {self._found()}>"
@@ -113,32 +114,37 @@ def plan_task(
 
     Raises:
         InputError: the file, the scene or the arguments have errors, all of which are listed.
+        ArgumentError: an argument is of a wrong kind, or a number that nothing can be planned with; says what is expected.
         InitialisationError: the stages of a task built in Python do not fit together, or do not fit the scene.
-        ValueError: `clearance` is negative, or more than any scene has; or the task has no robots that could keep it.
 
     Example:
         >>> example = "examples/pick_and_place"
         >>> kabo.plan_task(f"{example}/task.yaml", f"{example}/scene.yaml", max_solutions=1)
         <TaskReport pick and place: 1 solution, the best costs ...>
     """
-    given = dict(arguments or {})
+    require_given("file", file, TaskFile, Task, str, Path)
+    given = require_arguments(arguments)
+    asked = PlanningOptions(max_solutions, timeout, seed, repeat, workers, clearance=clearance)
+    before = known_solutions(from_)
     if isinstance(file, str | Path):
         file = load_task_file(file)
     known = _scene(file, scene, given)
-    kept, before = require_clearance(clearance), known_solutions(from_)
-    if kept > 0.0 and known is None:
-        raise ValueError("without a scene nothing keeps a clearance")
+    if asked.clearance > 0.0 and known is None:
+        refuse("clearance", "without a scene nothing keeps a clearance")
     if isinstance(file, Task):
         for name, value in given.items():
             file.properties.set(name, value)
-        options = PlanningOptions(max_solutions, timeout, file.seed, 1, workers, before, kept)
+        options = replace(asked, seed=file.seed, repeat=1, known=before)
         runs, name = [plan_built(file, known, options)], ""
     else:
         limit = file.timeout if timeout is None else timeout
-        options = PlanningOptions(max_solutions or file.max_solutions, limit, seed, repeat, workers, before, kept)
+        most = file.max_solutions if max_solutions is None else max_solutions
+        options = replace(asked, max_solutions=most, timeout=limit, known=before)
         runs, name = plan_file(file, given, known, options), file.description.source.name
     where = str(scene) if isinstance(scene, str | Path) else None
-    made = report(runs, file=name or None, arguments=given, scene=known, scene_file=where, clearance=kept)
+    made = report(
+        runs, file=name or None, arguments=given, scene=known, scene_file=where, clearance=asked.clearance
+    )
     return TaskReport(made, tuple(runs), known)
 
 
@@ -150,8 +156,8 @@ def known_solutions(report: "TaskReport | str | Path | None", scene: Path | None
         scene: the scene of a report's file; None: as it names it, from here or from its own folder.
 
     Raises:
-        InputError: it is neither a report nor a file, the file is no report, or its scene is not there.
-        ValueError: the report is of a task without robots.
+        InputError: it is neither a report nor a file, the file is no report, or its scene is not there; or the report is of
+            a task without robots.
     """
     if report is None:
         return None
@@ -160,7 +166,7 @@ def known_solutions(report: "TaskReport | str | Path | None", scene: Path | None
         raise InputError([Diagnostic("from_", 1, 1, what, "give what kabo.plan_task has returned, or its file")])
     if isinstance(report, TaskReport):
         if report.scene is None:
-            raise ValueError("only motions of robots are tried again, and the report has none")
+            refuse("from_", "only motions of robots are tried again, and the report has none")
         return KnownSolutions(report.content, report.scene)
     return KnownSolutions(*load_report(Path(report), scene))
 
@@ -173,12 +179,11 @@ def load_report(path: Path, scene: Path | None = None) -> "tuple[Report, Scene]"
         scene: a scene file, or a problem with a scene; None: as the report names it, from here or from its own folder.
 
     Raises:
-        InputError: the report or the scene has errors, or the scene is not there.
-        OSError: the report cannot be read.
+        InputError: the report cannot be read, it or the scene has errors, or the scene is not there.
     """
     from kabo.scene import load_scene  # as in `_scene`
 
-    report = read_report(path.read_bytes(), str(path))
+    report = read_report(read_file("report", path), str(path))
     named = report.get("scene")
     if scene is None and named is not None:
         near = (Path(named), path.parent / named, path.parent / Path(named).name)
@@ -200,10 +205,10 @@ def _scene(
                 [Diagnostic(place.file, place.line, place.column, message, "give `scene`", place.length)]
             )
         return None
-    if isinstance(scene, str | Path):
-        from kabo.scene import load_scene  # loads meshes, which tasks without robots do not need
+    from kabo.scene import Scene, load_scene  # loads meshes, which tasks without robots do not need
 
-        scene = load_scene(scene)
+    require_given("scene", scene, Scene, str, Path)
+    scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if isinstance(task, TaskFile):
         check_things(task, arguments, scene)
     return scene

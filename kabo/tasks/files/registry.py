@@ -2,9 +2,11 @@
 
 from importlib import import_module
 from importlib.util import find_spec
+from types import NoneType
 from typing import TypeVar
 
 from kabo.errors import did_you_mean
+from kabo.given import require_all
 from kabo.language.task_description import LEARNED_PARAMETERS
 from kabo.lazy import names_of
 from kabo.tasks.core import Alternatives, Fallbacks, Limit, Serial, Stage, TaskError
@@ -28,8 +30,10 @@ def register(kind: _Kind, name: str | None = None) -> _Kind:
     It can decorate a class, or a function that another decorator such as `@forward(…)` has turned into a class.
 
     Raises:
+        ArgumentError: `kind` is no class, or `name` no text.
         TaskError: another class has that name.
     """
+    require_all(kind=(kind, type), name=(name, str, NoneType))
     name = kind.__name__ if name is None else name
     earlier = find(name)
     if earlier is not None and _home(earlier) != _home(kind):

@@ -7,8 +7,10 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from kabo.errors import CutOff, InputError, did_you_mean
+from kabo.given import require_number
 from kabo.language.findings import Findings
 from kabo.language.scene_description import SceneDescription
+from kabo.options import require_clearance, require_seed, require_workers
 from kabo.phases import phase
 from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.building import TaskFile
@@ -45,7 +47,11 @@ class KnownSolutions:
 
 @dataclass(frozen=True)
 class PlanningOptions:
-    """Planning options: `repeat` runs with seeds from `seed` on, each until `max_solutions` or `timeout` [s] is reached."""
+    """Planning options: `repeat` runs with seeds from `seed` on, each until `max_solutions` or `timeout` [s] is reached.
+
+    Raises:
+        ArgumentError: one is no such number.
+    """
 
     max_solutions: int | None = None
     timeout: float | None = None
@@ -58,6 +64,17 @@ class PlanningOptions:
     preparing: "Callable[[Preparing], None] | None" = field(
         default=None, compare=False
     )  # told of prepared geometry
+
+    def __post_init__(self) -> None:
+        if self.max_solutions is not None:
+            require_number("max_solutions", self.max_solutions, 1, whole=True)
+        if self.timeout is not None:
+            require_number("timeout", self.timeout, 0.0, endless=True, unit="s")
+        if self.workers is not None:
+            require_workers(self.workers)
+        require_number("repeat", self.repeat, 1, whole=True)
+        require_seed(self.seed)
+        require_clearance(self.clearance)
 
 
 def plan_file(

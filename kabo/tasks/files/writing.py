@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from kabo.given import require_given, require_number, require_output
 from kabo.tasks.core import MISSING, Container, Monitor, Propagator, Reference, Stage, Task, TaskError, Wrapper
 from kabo.tasks.files.checking import ONLY, declared_by
 from kabo.tasks.files.costs import written_as
@@ -30,6 +31,7 @@ def task_to_yaml(task: Task, *, max_solutions: int | None = None, timeout: float
         max_solutions, timeout: limits to be written into the file.
 
     Raises:
+        ArgumentError: an argument is of a wrong kind, or no limit.
         TaskError: lists all parts that files cannot represent: functions, Python objects, unregistered stages.
     """
     return _text_of(task, {"max_solutions": max_solutions, "timeout": timeout}, None)
@@ -37,6 +39,11 @@ def task_to_yaml(task: Task, *, max_solutions: int | None = None, timeout: float
 
 def _text_of(task: Task, limits: Mapping[str, float | None], folder: Path | None) -> str:
     """The text of a task file that will lie in a folder; None: models are named as they were."""
+    require_given("task", task, Task)
+    if limits["max_solutions"] is not None:
+        require_number("max_solutions", limits["max_solutions"], 1, whole=True)
+    if limits["timeout"] is not None:
+        require_number("timeout", limits["timeout"], above=0.0)
     writer = _Writer(folder)
     lines = list(writer.task(task, limits))
     if writer.problems:
@@ -52,10 +59,12 @@ def dump_task(
 
     Raises:
         TaskError: lists all parts that files cannot represent: functions, Python objects, unregistered stages.
+        ArgumentError: an argument is of a wrong kind, no limit, or no file in a folder that exists.
         OSError: the file cannot be written.
     """
-    text = _text_of(task, {"max_solutions": max_solutions, "timeout": timeout}, Path(path).parent)
-    write_atomically(Path(path), text.encode())
+    path = require_output("path", path)
+    text = _text_of(task, {"max_solutions": max_solutions, "timeout": timeout}, path.parent)
+    write_atomically(path, text.encode())
 
 
 class _Writer:

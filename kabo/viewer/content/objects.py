@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import TypeAlias, get_args
 
 import numpy as np
 
 from kabo.explain.explain import Explanation, explanation_to_json
 from kabo.geometry import BoundingMesh, Decomposition
+from kabo.given import refuse, require_given
 from kabo.language.problem import Problem
 from kabo.language.scene_description import Shape
 from kabo.meshes import Mesh, hull_of
@@ -39,11 +40,12 @@ def document_of(thing: Viewable, problem: Problem | None = None, *, whole: bool 
 
     Raises:
         InputError: the meshes or URDFs of the scene do not load.
-        ValueError: there is nothing to show.
+        ArgumentError: there is nothing to show, or it is nothing that can be shown.
     """
+    require_given("thing", thing, *get_args(Viewable))
     if isinstance(thing, Result):
         if thing.plan is None:
-            raise ValueError("there is no plan to show; kabo.explain(problem) says why")
+            refuse("thing", "there is no plan to show; kabo.explain(problem) says why")
         return _of_plan(thing.plan, problem or thing.problem, whole)
     if isinstance(thing, Plan):
         return _of_plan(thing, problem, whole)
@@ -64,7 +66,7 @@ def document_of(thing: Viewable, problem: Problem | None = None, *, whole: bool 
 
 def _of_problem(problem: Problem, whole: bool) -> ViewDocument:
     if problem.scene is None:
-        raise ValueError(f"the problem {problem.name} has no scene to show; plans of it can be seen")
+        refuse("thing", f"the problem {problem.name} has no scene to show; plans of it can be seen")
     if whole:
         made = document_of_scene("problem", [problem.path], problem.scene, ViewOptions())
         return replace(made, title=problem.name)
