@@ -12,7 +12,7 @@ from kabo.geometry_server import GeometryServer, make_robot_model, robot_finding
 from kabo.geometry_server.answers import GeometryStatistics
 from kabo.geometry_server.robot_models.covers import covers_of
 from kabo.geometry_server.robot_models.link_pairs import LinkPairs
-from kabo.geometry_server.robot_models.model import AlwaysPair
+from kabo.geometry_server.robot_models.model import AlwaysPair, Wishes
 from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
 from kabo.geometry_server.robot_models.self_contacts import SelfContacts, rounded_within
 from kabo.geometry_server.surroundings import SceneSurroundings
@@ -128,6 +128,25 @@ def test_a_gripper_is_measured_on_its_meshes(tmp_path: Path) -> None:
     assert model.gripper.open == {"finger": 0.04} and model.gripper.closed == {"finger": 0.0}
     assert model.gripper.opening == pytest.approx((0.111, -0.009), abs=1e-9)
     assert np.abs(model.gripper.closing) == pytest.approx([1.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("palm", ["", '<collision><geometry><box size="0.1 0.03 0.01"/></geometry></collision>'])
+def test_a_frame_beyond_the_fingers_as_tool_changes_nothing_that_is_measured(tmp_path: Path, palm: str) -> None:
+    """As Baxter's `right_gripper`: seen from there the fingers are behind, and approach still points away from the palm."""
+    urdf = write_arm(tmp_path)
+    beyond = """<link name="beyond"/><joint name="ahead" type="fixed"><parent link="hand"/><child link="beyond"/>
+      <origin xyz="0 0 0.2"/></joint></robot>"""
+    hand = f'<link name="hand">{palm}</link>'
+    urdf.write_text(urdf.read_text().replace('<link name="hand"/>', hand).replace("</robot>", beyond))
+    own, other = (
+        make_robot_model(urdf, None, name="small", epsilon=0.01, wishes=Wishes(tip)).gripper
+        for tip in ("hand", "beyond")
+    )
+    assert own is not None and other is not None
+    assert other.opening == pytest.approx(own.opening) and own.opening == pytest.approx((0.111, -0.009), abs=1e-9)
+    assert own.approach == pytest.approx([0.0, 0.0, 1.0]) and other.approach == pytest.approx(own.approach)
+    assert other.closing == pytest.approx(own.closing)
+    assert other.point + [0.0, 0.0, 0.2] == pytest.approx(own.point)
 
 
 def test_links_of_a_hand_that_touch_while_it_is_open_are_allowed_and_a_home_is_found(tmp_path: Path) -> None:

@@ -43,9 +43,13 @@ class GripperModel:
 
 @dataclass(frozen=True)
 class Fingers:
-    """The points of a gripper's links in the tool frame [m], at one end of its joints, by link."""
+    """The points of a gripper's links in the tool frame [m], at one end of its joints, by link.
+
+    `mount` are those of the last link before the joints; its origin alone, if that has no mesh.
+    """
 
     points: Mapping[str, Array]
+    mount: Array
 
     def of(self, links: Sequence[str]) -> Array:
         """The points (N, 3) of several links."""
@@ -53,8 +57,7 @@ class Fingers:
 
     def middle(self, link: str) -> Array:
         """The middle of a link's box (3,)."""
-        points = self.points[link]
-        return np.asarray(0.5 * (points.min(axis=0) + points.max(axis=0)))
+        return _middle(self.points[link])
 
 
 def measured(robot: Robot, hand: Hand, moved_links: Sequence[str]) -> GripperModel | None:
@@ -105,7 +108,7 @@ def _between(
     if not other:
         return _unmeasured(*values, tuple(moves), then, "no two sides of it close towards each other")
     closing = _snapped(closing)
-    approach = _approach(now.of([*moves]), then.points.get(hand.mount), closing)
+    approach = _approach(now.of([*moves]), then.mount, closing)
     gaps, points = zip(*(_gap(each, one, other, closing, approach) for each in (then, now)), strict=True)
     opened, closed = values
     touching = tuple(link for link in moves if robot.links[link].elements)
@@ -152,7 +155,8 @@ def _unmeasured(
     opened: Mapping[str, float], closed: Mapping[str, float], links: tuple[str, ...], at: Fingers, why: str
 ) -> GripperModel:
     middle = np.mean([at.middle(link) for link in links], axis=0)
-    approach = _snapped(middle) if float(np.linalg.norm(middle)) > STILL else np.array([0.0, 0.0, 1.0])
+    away = middle - _middle(at.mount)
+    approach = _snapped(away) if float(np.linalg.norm(away)) > STILL else np.array([0.0, 0.0, 1.0])
     across = np.array([0.0, 1.0, 0.0]) if abs(approach[1]) < 0.5 else np.array([1.0, 0.0, 0.0])
     closing = across - approach * (across @ approach)
     return GripperModel(opened, closed, links, None, middle, approach, closing / np.linalg.norm(closing), why)
@@ -198,14 +202,17 @@ def _fingers(robot: Robot, hand: Hand, values: Mapping[str, float], links: Seque
             edges = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
             middles = 0.5 * (corners[edges[:, 0]] + corners[edges[:, 1]])
             points[name] = np.concatenate([corners, middles]) @ pose[:3, :3].T + pose[:3, 3]
-    return Fingers(points)
+    return Fingers(points, points.get(hand.mount, (tool @ poses[hand.mount])[None, :3, 3]))
 
 
-def _approach(points: Array, mount: Array | None, closing: Array) -> Array:
-    """The direction (3,) from the hand to the fingers, across the closing axis; without a hand, from the tool's origin."""
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    if mount is not None:
-        middle = middle - 0.5 * (mount.min(axis=0) + mount.max(axis=0))
+def _middle(points: Array) -> Array:
+    """The middle (3,) of the box of points (N, 3)."""
+    return np.asarray(0.5 * (points.min(axis=0) + points.max(axis=0)))
+
+
+def _approach(points: Array, mount: Array, closing: Array) -> Array:
+    """The direction (3,) from the hand to the fingers, across the closing axis."""
+    middle = _middle(points) - _middle(mount)
     across = middle - closing * (middle @ closing)
     if float(np.linalg.norm(across)) < STILL:
         across = np.array([0.0, 0.0, 1.0]) - closing * closing[2]

@@ -118,8 +118,8 @@ def hand_at(tree: Tree, joint_order: Sequence[str], tip: str) -> Hand:
     if not arm:
         raise InputError([Diagnostic("--tip", 1, 1, f'no joint of an arm moves the link "{tip}"')])
     near = [hand for hand in hands_of(tree, joint_order) if hand.arm == arm]
-    moved = near[0].moved if near else ()
-    return Hand(arm, tuple(joint for joint in moved if joint not in tree.mimics), moved, tip, tip)
+    moved, mount = (near[0].moved, near[0].mount) if near else ((), tip)
+    return Hand(arm, tuple(joint for joint in moved if joint not in tree.mimics), moved, mount, tip)
 
 
 def _moved_behind(tree: Tree, joint: str, own: Sequence[str]) -> bool:
