@@ -16,6 +16,7 @@ STILL = 1e-3  # [m]: a finger that moves less does not close
 BAND_SHARE = 0.25  # share of a finger's length, at its end, that holds
 MIN_BAND = 0.005  # [m]
 SNAP = 0.996  # cosine of about 5 degrees: nearer axes are taken for coordinate axes
+GUESS_SNAP = 0.94  # cosine of about 20 degrees, for directions that are only guessed
 
 
 @dataclass(frozen=True)
@@ -45,11 +46,11 @@ class GripperModel:
 class Fingers:
     """The points of a gripper's links in the tool frame [m], at one end of its joints, by link.
 
-    `mount` are those of the last link before the joints; its origin alone, if that has no mesh.
+    `base` is the origin (3,) of the last link before the joints.
     """
 
     points: Mapping[str, Array]
-    mount: Array
+    base: Array
 
     def of(self, links: Sequence[str]) -> Array:
         """The points (N, 3) of several links."""
@@ -108,7 +109,7 @@ def _between(
     if not other:
         return _unmeasured(*values, tuple(moves), then, "no two sides of it close towards each other")
     closing = _snapped(closing)
-    approach = _approach(now.of([*moves]), then.mount, closing)
+    approach = _approach(now.of([*moves]), then.points.get(hand.mount, then.base[None]), closing)
     gaps, points = zip(*(_gap(each, one, other, closing, approach) for each in (then, now)), strict=True)
     opened, closed = values
     touching = tuple(link for link in moves if robot.links[link].elements)
@@ -155,8 +156,8 @@ def _unmeasured(
     opened: Mapping[str, float], closed: Mapping[str, float], links: tuple[str, ...], at: Fingers, why: str
 ) -> GripperModel:
     middle = np.mean([at.middle(link) for link in links], axis=0)
-    away = middle - _middle(at.mount)
-    approach = _snapped(away) if float(np.linalg.norm(away)) > STILL else np.array([0.0, 0.0, 1.0])
+    away = middle - at.base  # bodies of hands are less even than where their frames are
+    approach = _snapped(away, GUESS_SNAP) if float(np.linalg.norm(away)) > STILL else np.array([0.0, 0.0, 1.0])
     across = np.array([0.0, 1.0, 0.0]) if abs(approach[1]) < 0.5 else np.array([1.0, 0.0, 0.0])
     closing = across - approach * (across @ approach)
     return GripperModel(opened, closed, links, None, middle, approach, closing / np.linalg.norm(closing), why)
@@ -202,7 +203,7 @@ def _fingers(robot: Robot, hand: Hand, values: Mapping[str, float], links: Seque
             edges = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
             middles = 0.5 * (corners[edges[:, 0]] + corners[edges[:, 1]])
             points[name] = np.concatenate([corners, middles]) @ pose[:3, :3].T + pose[:3, 3]
-    return Fingers(points, points.get(hand.mount, (tool @ poses[hand.mount])[None, :3, 3]))
+    return Fingers(points, (tool @ poses[hand.mount])[:3, 3])
 
 
 def _middle(points: Array) -> Array:
@@ -221,11 +222,11 @@ def _approach(points: Array, mount: Array, closing: Array) -> Array:
     return np.asarray(snapped / np.linalg.norm(snapped))
 
 
-def _snapped(direction: Array) -> Array:
+def _snapped(direction: Array, least: float = SNAP) -> Array:
     """The unit direction, or the coordinate axis that it nearly is."""
     unit = direction / np.linalg.norm(direction)
     k = int(np.argmax(np.abs(unit)))
-    return np.asarray(np.sign(unit[k]) * np.eye(3)[k] if abs(unit[k]) > SNAP else unit)
+    return np.asarray(np.sign(unit[k]) * np.eye(3)[k] if abs(unit[k]) > least else unit)
 
 
 def _gap(
