@@ -7,6 +7,7 @@ one sentence; a file that was written is read back and compared bit by bit.
 from kabo.meshes.hulls import hull_faces, hull_of
 from kabo.meshes.mesh import Mesh
 from kabo.meshes.mesh_errors import refuse, require_numbers, unusable
+from kabo.meshes.pieces import hollow_pieces
 from kabo.meshes.reading import FORMATS, load_mesh
 from kabo.meshes.repair import outwards, repaired
 from kabo.meshes.requirements import require_closed, require_solid, units_warning
@@ -21,6 +22,7 @@ __all__ = [
     "Rounding",
     "Soundness",
     "examine",
+    "hollow_pieces",
     "hull_faces",
     "hull_of",
     "load_mesh",

@@ -14,7 +14,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import MeshError
 from kabo.language.formulas import Place
-from kabo.meshes import Mesh, Rounding, hull_of, require_closed
+from kabo.meshes import Mesh, Rounding, hollow_pieces, hull_of, require_closed
 
 ElementKind = Literal["mesh", "box", "sphere", "capsule", "cylinder"]
 
@@ -67,21 +67,34 @@ def is_open(element: Element) -> bool:
 def with_hulls(elements: Sequence[Element]) -> tuple[Element, ...]:
     """The elements with each open mesh replaced by its convex hull; if none is open, with each mesh replaced.
 
-    If a mesh that is replaced is flat, and has no hull, the hull of all elements stands for them.
+    Of an open mesh, closed pieces that are far from convex stay as they are, and the hull is that of the rest. If what is
+    to be replaced is flat, and has no hull, the hull of all elements stands for them.
 
     Raises:
         MeshError: all elements lie in a plane.
     """
-    replaced = [is_open(element) for element in elements]
-    if not any(replaced):
-        replaced = [element.kind == "mesh" for element in elements]
+    opened = [is_open(element) for element in elements]
     try:
-        return tuple(
-            Element("mesh", hull_of(each.mesh), place=each.place) if hulled else each
-            for each, hulled in zip(elements, replaced, strict=True)
-        )
+        if not any(opened):
+            return tuple(_hull(each, each.mesh) if each.kind == "mesh" else each for each in elements)
+        found: list[Element] = []
+        for each, is_opened in zip(elements, opened, strict=True):
+            found += _pieces(each) if is_opened else [each]
+        return tuple(found)
     except MeshError:
         whole = one_mesh([element.mesh for element in elements])
         if whole is None or len(elements) == 1:
             raise
-        return (Element("mesh", hull_of(whole), place=elements[0].place),)
+        return (_hull(elements[0], whole),)
+
+
+def _hull(element: Element, mesh: Mesh) -> Element:
+    """The convex hull of a mesh in place of an element."""
+    return Element("mesh", hull_of(mesh), place=element.place)
+
+
+def _pieces(element: Element) -> list[Element]:
+    """An open mesh as its closed pieces that are far from convex, and the hull of the rest."""
+    kept, rest = hollow_pieces(element.mesh)
+    found = [Element("mesh", piece, place=element.place, path=element.path) for piece in kept]
+    return found if rest is None else [*found, _hull(element, rest)]

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import ConvexHull
 
 from kabo.errors import InputError, MeshError
 from kabo.geometry import Solid
@@ -80,6 +81,30 @@ def test_of_a_link_of_several_meshes_only_the_open_ones_become_hulls(tmp_path: P
     assert Solid(whole.mesh.vertices, whole.mesh.faces).insides(np.array([[0.0, 1.0, 0.0]])).all()
     made = GeometryServer(scene)
     assert not made.collides("r", [1.0])  # the sphere of the scene is in the middle of the ring
+
+
+def test_of_a_mesh_with_a_closed_frame_beside_an_open_housing_only_the_housing_becomes_a_hull(
+    tmp_path: Path,
+) -> None:
+    """As Baxter's torso, one file: its frame stands around the shoulders, which the hull of all would fill."""
+    server(tmp_path)
+    frame = trimesh.creation.annulus(r_min=0.42, r_max=0.5, height=0.1)
+    housing = trimesh.creation.box([0.2, 0.2, 0.2])
+    housing.apply_translation([0.0, 0.0, 0.5])
+    housing.update_faces(np.arange(12) > 0)
+    trimesh.util.concatenate([frame, housing]).export(tmp_path / "arm.stl")
+    (tmp_path / "one.urdf").write_text(TWO % (0, "arm"))
+    (tmp_path / "scene.yaml").write_text(SCENE % ", hulls: [arm]")
+    scene = load_scene(load_scene_description(tmp_path / "scene.yaml"))
+    kept, hull = SceneEnclosures(scene, 0.004).elements("r.arm")[:2]
+    assert len(kept.mesh.faces) == len(frame.faces) and len(hull.mesh.faces) == 12
+    parts = SceneEnclosures(scene, 0.004).of("r.arm").parts
+    middle, inside = np.array([0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.5])
+    within = [
+        [bool((ConvexHull(part).equations @ [*point, 1.0] <= 0.0).all()) for part in parts if len(part) > 3]
+        for point in (middle, inside)
+    ]
+    assert [any(each) for each in within] == [False, True]
 
 
 def test_where_all_meshes_are_closed_each_becomes_its_own_hull(tmp_path: Path) -> None:
