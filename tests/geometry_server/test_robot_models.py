@@ -164,8 +164,30 @@ def test_links_of_a_hand_that_touch_while_it_is_open_are_allowed_and_a_home_is_f
     assert "# they touch, or nearly, while the gripper is open or closes" in robot_scene_text(model, tmp_path)
 
 
+@pytest.mark.parametrize(("reach", "share"), [(2.2, 0.6), (1.0, None)])
+def test_links_that_touch_at_many_configurations_are_told_and_not_allowed(
+    tmp_path: Path, reach: float, share: float | None
+) -> None:
+    """A box at the end of a lever meets the table on which it turns beyond 0.93 rad, with epsilon from 0.85 on."""
+    text = KNOT.replace("0.1 0.1 0.1", "0.5 0.5 0.1").replace(
+        '<collision><geometry><box size="0.06', ('<collision><origin xyz="0 0 0.15"/><geometry><box size="0.06')
+    )
+    upper, lower = f'upper="{reach}"', f'lower="-{reach}"'
+    (tmp_path / "lever.urdf").write_text(text.replace('upper="1"', upper).replace('lower="-1"', lower))
+    model = make_robot_model(tmp_path / "lever.urdf", None, name="lever", epsilon=0.01, wishes=Wishes("tool"))
+    assert model.always == ()
+    written, told = robot_scene_text(model, tmp_path), "\n".join(robot_summary(model))
+    if share is None:
+        assert model.often == {} and "many configurations" not in written
+        return
+    assert dict(model.often) == {("base", "core"): pytest.approx(share, abs=0.05)}
+    assert "base and core touch at" in told and "#   - [base, core]" in written
+    (tmp_path / "written.yaml").write_text(written)
+    assert load_scene(load_scene_description(tmp_path / "written.yaml")).allowed == ()
+
+
 def test_of_many_pairs_that_touch_the_summary_tells_four_and_the_scene_all(tmp_path: Path) -> None:
-    model = make_robot_model(write_arm(tmp_path), None, name="small", epsilon=0.01)
+    model = replace(make_robot_model(write_arm(tmp_path), None, name="small", epsilon=0.01), often={})
     pairs = tuple(AlwaysPair("left", f"bone_{number}", None) for number in range(70))
     told = [line for line in robot_summary(replace(model, always=pairs)) if "touch" in line]
     assert len(told) == 5 and told[-1] == "  66 more pairs may touch; all are in `allowed_contacts` of the scene"

@@ -32,6 +32,8 @@ def robot_summary(model: RobotModel) -> Iterator[str]:
     if len(model.always) > MAX_TOLD:
         more = counted(len(model.always) - MAX_TOLD, "more pair")
         yield f"  {more} may touch; all are in `allowed_contacts` of the scene"
+    for (first, second), share in list(model.often.items())[:MAX_TOLD]:
+        yield f"  {first} and {second} touch at {share:.0%} of configurations: if only their shapes do, allow it"
     for why, links in model.hull_reasons.items():
         yield f"  taken as {counted(len(links), 'hull')}, {why}: {', '.join(links)}"
     if model.others:

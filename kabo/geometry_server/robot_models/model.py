@@ -13,6 +13,7 @@ from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.geometry_server.preparation.preparing import Preparing
 from kabo.geometry_server.robot_models.grippers import GripperModel, measured
 from kabo.geometry_server.robot_models.hands import Hand, Tree, hand_at, hands_of
+from kabo.geometry_server.robot_models.link_pairs import LinkPair
 from kabo.geometry_server.robot_models.overlap_proofs import always_overlap
 from kabo.geometry_server.robot_models.self_contacts import SelfContacts, UnenclosedError, rounded_within
 from kabo.language.robot_files.srdf import read_srdf
@@ -76,6 +77,7 @@ class RobotModel:
         home: a configuration (n,) without self-collision, the gripper open; None if none was found.
         margin: how far its links are proven to be apart there at least, neighbours aside [m].
         always: pairs that touch always, or while the gripper is open, or closes.
+        often: pairs that touch at many configurations, each with the share of these.
         hulls: links that are replaced by their hulls, and why.
         visual: links without collision geometry, whose visual geometry is used.
     """
@@ -91,6 +93,7 @@ class RobotModel:
     home: Array | None
     margin: float
     always: tuple[AlwaysPair, ...]
+    often: Mapping[tuple[str, str], float]
     hulls: Mapping[str, str]
     visual: tuple[str, ...]
 
@@ -153,10 +156,10 @@ def make_robot_model(
         description, gripper = _with_hand(description, hands[0], tree, epsilon, look)
         hulls = _open_links(_scene(description, epsilon, look).robots[name])
     with phase("looking which links touch", log=_LOG):
-        robot, always, (home, margin) = _checked(description, hulls, gripper, _Asked(epsilon, look, told))
+        robot, always, often, (home, margin) = _checked(description, hulls, gripper, _Asked(epsilon, look, told))
     return RobotModel(
         name, urdf, srdf, epsilon, robot, hands[0], tuple(each for each in hands[1:] if each.is_arm), gripper, home, margin,
-        always, hulls, file.visual,
+        always, often, hulls, file.visual,
     )  # fmt: skip
 
 
@@ -234,8 +237,8 @@ def _open_links(robot: Robot) -> dict[str, str]:
 
 def _checked(
     description: RobotDescription, hulls: dict[str, str], gripper: GripperModel | None, asked: "_Asked"
-) -> tuple[Robot, tuple[AlwaysPair, ...], tuple[Array | None, float]]:
-    """The robot, the pairs that always touch, and a home; `hulls` gets links that cannot be enclosed."""
+) -> tuple[Robot, tuple[AlwaysPair, ...], Mapping[LinkPair, float], tuple[Array | None, float]]:
+    """The robot, the pairs that touch always and often, and a home; `hulls` gets links that cannot be enclosed."""
     while True:
         described = replace(description, hulls=tuple(hulls))
         try:
@@ -246,6 +249,7 @@ def _checked(
             if hand:
                 contacts = asked.contacts(_allowing(described, [*always, *hand]))
             home = _home(contacts, gripper)
+            often = contacts.often([*always, *hand])
         except UnenclosedError as error:
             if set(error.links) <= set(hulls):
                 raise InputError([_no_hull(description.urdf, *item) for item in error.links.items()]) from None
@@ -253,7 +257,7 @@ def _checked(
         else:
             robot = contacts.robot
             proven = [AlwaysPair(*pair, always_overlap(robot, pair)) for pair in always]
-            return robot, (*proven, *(AlwaysPair(*pair, None, hand=True) for pair in hand)), home
+            return robot, (*proven, *(AlwaysPair(*pair, None, hand=True) for pair in hand)), often, home
 
 
 def _allowing(description: RobotDescription, pairs: Sequence[tuple[str, str]]) -> RobotDescription:

@@ -27,6 +27,9 @@ FIRST_SAMPLES = 16  # of them, tried first: most pairs are free in one of these
 HOME_SAMPLES = 4000  # configurations that are tried as a home
 HOME_MARGINS = (0.05, 0.02, 0.01)  # [m] between links of a home, the widest first; then epsilon
 OFTEN = 0.1  # share of configurations at which covers meet: for such pairs enclosures are worth their time
+TOLD_SAMPLES = 100  # configurations at which links are tried that touch often
+TOLD_SHARE = 0.4  # of them at which they touch, and are told: what is left is too little for most tasks
+TOLD_JOINTS = 3  # between links that are told; what more joints bring together is seldom a fault of their shapes
 FINE_TRIES = 60  # configurations that are tried on the links' enclosures
 
 
@@ -126,6 +129,25 @@ class SelfContacts:
         covers = self.coarse(self.epsilon)
         candidates = covers.meeting(configurations[0].tolist())
         return [pair for pair in candidates if self._touches(covers, pair, configurations)]
+
+    def often(self, allowed: Iterable[LinkPair]) -> dict[LinkPair, float]:
+        """The pairs of links near each other that touch at many configurations, not always, with the share of these.
+
+        Links that touch so often in truth would be of no use: mostly their shapes are too wide, as cylinders on wrists are.
+        """
+        configurations, covers = self.samples(TOLD_SAMPLES), self.coarse(self.epsilon)
+        planned, known = self.robot.planned, {frozenset(pair) for pair in allowed}
+        near = [
+            pair
+            for pair in covers.pairs
+            if frozenset(pair) not in known
+            and len(between := self.robot.values_between(*pair)) <= TOLD_JOINTS
+            and min(between, default=planned) < planned
+            and covers.meets_at(pair, configurations).mean() >= TOLD_SHARE
+        ]
+        self._prepare(near)
+        shares = {pair: float(self.fine.meets_at(pair, configurations).mean()) for pair in near}
+        return {pair: share for pair, share in shares.items() if share >= TOLD_SHARE}
 
     def inside_hand(self, configurations: Array) -> list[LinkPair]:
         """The pairs that may touch at one of some configurations (N, n), and that only joints of the gripper move."""

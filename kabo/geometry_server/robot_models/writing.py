@@ -11,7 +11,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server.robot_models.model import AlwaysPair, RobotModel
-from kabo.geometry_server.robot_models.self_contacts import SAMPLES
+from kabo.geometry_server.robot_models.self_contacts import SAMPLES, TOLD_SAMPLES
 from kabo.language.robot_files.packages import SCHEME
 
 WIDTH = 115
@@ -35,7 +35,8 @@ def robot_scene_text(model: RobotModel, folder: Path | None) -> str:
     lines += ["", "robot_models:", f"  {model.name}_model:", f"    urdf: {_word(urdf)}"]
     if model.srdf is not None:
         lines.append(f"    srdf: {_word(_path(model.srdf, folder)[1])}")
-    for block in (_geometry(model), _joints(model), _tool(model), _gripper(model), _home(model), _contacts(model)):
+    contacts = *_contacts(model), *_often(model)
+    for block in (_geometry(model), _joints(model), _tool(model), _gripper(model), _home(model), contacts):
         lines += [f"    {line}".rstrip() for line in block]
     lines += [
         "",
@@ -142,6 +143,18 @@ def _contacts(model: RobotModel) -> Iterator[str]:
     yield "allowed_contacts:"
     for pair in model.always:
         yield f"  - [{_word(pair.first)}, {_word(pair.second)}]  # {_reason(pair)}"
+
+
+def _often(model: RobotModel) -> Iterator[str]:
+    """Pairs that take much of the reach, to be allowed by whoever knows that the links do not touch."""
+    if not model.often:
+        return
+    yield from _comment(
+        "Pairs that touch, or nearly, at many configurations, and so take much of the reach. If the links do not touch in "
+        "truth, and only their shapes are too wide, allow them."
+    )
+    for (first, second), share in model.often.items():
+        yield f"#   - [{_word(first)}, {_word(second)}]  # at {share:.0%} of {TOLD_SAMPLES} configurations"
 
 
 def _reason(pair: AlwaysPair) -> str:
