@@ -183,7 +183,7 @@ def test_links_that_touch_at_many_configurations_are_told_and_not_allowed(
     assert dict(model.often) == {("base", "core"): pytest.approx(share, abs=0.05)}
     assert "base and core touch at" in told and "#   - [base, core]" in written
     (tmp_path / "written.yaml").write_text(written)
-    assert load_scene(load_scene_description(tmp_path / "written.yaml")).allowed == ()
+    assert load_scene(load_scene_description(tmp_path / "written.yaml")).allowed == frozenset()
 
 
 def test_of_many_pairs_that_touch_the_summary_tells_four_and_the_scene_all(tmp_path: Path) -> None:
