@@ -17,7 +17,6 @@ from kabo.cli.waiting.doing import Doing
 from kabo.errors import Diagnostic, InputError
 
 CutOffBy = Literal["time", "memory", "interrupted"]
-LARGEST_SEED = 2**63 - 1
 NAME = "run"
 HELP = "make the trials of an exploration file, and write each into a model"
 
@@ -94,8 +93,6 @@ def _exploration(options: argparse.Namespace, file: "rooms.ExplorationDescriptio
         InputError: the model exists without --resume, or was made from another file, seed or budget.
     """
     budget = _budget(options.invalid_budget)
-    if options.seed is not None and options.seed > LARGEST_SEED:
-        raise InputError([finding("--seed", f"write a whole number up to {LARGEST_SEED}", str(options.seed))])
     if not options.model.exists():
         with findings_of(str(options.file)):
             return rooms.exploration_of(file, seed=options.seed or 0, invalid_budget=budget)

@@ -117,7 +117,7 @@ def test_a_model_of_another_exploration_is_refused_with_what_differs(kabo, discs
         (["--invalid-budget", "nan"], "--invalid-budget:1:1: write a share above 0 and below 1"),
         (["--invalid-budget", "1.5"], "--invalid-budget:1:1"),
         (["--seed", "-1"], "'-1' is not a whole number"),
-        (["--seed", 10**30], "--seed:1:1: write a whole number up to 9223372036854775807"),
+        (["--seed", 10**30], "is not a whole number from 0 on: 9223372036854775807 is the largest"),
         (["--trials", "x"], "'x' is not a whole number"),
         (["-o", "nowhere/m.jsonl"], "is no file in a folder that exists"),
         (["--stages", "none.py"], "none.py:1:1: this is no Python file"),
