@@ -13,6 +13,7 @@ from kabo.meshes.repair import outwards, repaired
 from kabo.meshes.requirements import require_closed, require_solid, units_warning
 from kabo.meshes.rounding import Rounding
 from kabo.meshes.soundness import Soundness, examine
+from kabo.meshes.volumes import volume_of
 from kabo.meshes.writing import WRITTEN, require_written, write_mesh, write_off, write_pieces
 
 __all__ = [
@@ -35,6 +36,7 @@ __all__ = [
     "require_written",
     "units_warning",
     "unusable",
+    "volume_of",
     "write_mesh",
     "write_off",
     "write_pieces",

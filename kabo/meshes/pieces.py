@@ -12,6 +12,7 @@ from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
 from kabo.meshes.requirements import require_solid
 from kabo.meshes.soundness import closed_components
 from kabo.meshes.topology import components, edges_of
+from kabo.meshes.volumes import volume_of
 
 FILLED = 0.8  # of the volume of its hull that a piece fills which gains little as it is
 LEAST_SHARE = 0.05  # of the volume of the hull of all: pieces with smaller hulls, and smaller gains, do not matter
@@ -31,13 +32,15 @@ def hollow_pieces(mesh: Mesh) -> tuple[list[Mesh], Mesh | None]:
     closed = np.flatnonzero(closed_components(edges, component))
     if not len(closed):
         return [], mesh
-    whole = _volume(hull_of(mesh))
+    whole = volume_of(hull_of(mesh))
     pieces = {number: _of_faces(vertices, faces[component == number]) for number in closed.tolist()}
     sizes = {number: _hollow(piece, LEAST_SHARE * whole) for number, piece in pieces.items()}
     kept = sorted((number for number in sizes if sizes[number]), key=lambda number: (-sizes[number], number))
     left = ~np.isin(component, kept)
     rest = _of_faces(vertices, faces[left]) if left.any() else None
-    filled = sum(_volume(pieces[number]) for number in kept) + (0.0 if rest is None else _volume(hull_of(rest)))
+    filled = sum(volume_of(pieces[number]) for number in kept) + (
+        0.0 if rest is None else volume_of(hull_of(rest))
+    )
     if filled > (1.0 - LEAST_SHARE) * whole:
         return [], mesh
     return [pieces[number] for number in kept], rest
@@ -45,11 +48,11 @@ def hollow_pieces(mesh: Mesh) -> tuple[list[Mesh], Mesh | None]:
 
 def _hollow(piece: Mesh, least: float) -> float:
     """The volume of a piece's hull [m3]; 0 if the piece is to be left in the rest."""
-    volume = _volume(piece)
+    volume = volume_of(piece)
     if volume <= 0.0 or len(piece.faces) > MAX_FACES:
         return 0.0
     try:
-        around = _volume(hull_of(piece))
+        around = volume_of(hull_of(piece))
         if around < least or volume > FILLED * around:
             return 0.0
         require_solid(piece)
@@ -62,9 +65,3 @@ def _of_faces(vertices: Vertices, faces: Faces) -> Mesh:
     """The mesh of some faces, with the vertices that they use."""
     used, own = np.unique(faces, return_inverse=True)
     return Mesh(np.ascontiguousarray(vertices[used]), own.reshape(-1, 3))
-
-
-def _volume(mesh: Mesh) -> float:
-    """The signed volume of a closed mesh [m3], by tetrahedra from its first vertex."""
-    corners = (mesh.vertices - mesh.vertices[0])[mesh.faces]
-    return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))) / 6.0

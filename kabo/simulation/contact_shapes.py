@@ -20,7 +20,7 @@ from kabo.geometry import bounding_decomposition
 from kabo.geometry.collision.tight_parts import tight_part
 from kabo.geometry_server.preparation.enclosures import SceneEnclosures
 from kabo.geometry_server.preparation.preparing import cores
-from kabo.meshes import Mesh, hull_of
+from kabo.meshes import Mesh, hull_of, volume_of
 from kabo.meshes.hulls import hull_faces
 from kabo.phases import phase
 from kabo.scene import Element, Scene
@@ -190,7 +190,7 @@ def _hulls(
 ) -> list[ContactShape]:
     mesh = element.mesh
     hull = hull_of(mesh)
-    if volume_of(mesh) >= CONVEX_SHARE * volume_of(hull):
+    if abs(volume_of(mesh)) >= CONVEX_SHARE * volume_of(hull):
         return [ContactShape("mesh", corners=np.unique(hull.vertices, axis=0))]
     if precision is None:
         enclosure = enclosures.of_element(element)
@@ -219,9 +219,3 @@ def _drawn_tight(mesh: Mesh, part: Array) -> Array | None:
         return np.asarray(points[np.unique(hull_faces(points))])
     except KaboError:  # they lie in a plane
         return None
-
-
-def volume_of(mesh: Mesh) -> float:
-    """The volume that a closed mesh encloses [m³]."""
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6.0

@@ -7,11 +7,10 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.content_cache import ContentCache
 from kabo.errors import KaboError
-from kabo.meshes import Mesh, hull_of
+from kabo.meshes import Mesh, hull_of, volume_of
 from kabo.scene import Body, Robot
 from kabo.scene.transforms import inverse
 from kabo.simulation.bearable import PointMasses, bearable_share
-from kabo.simulation.contact_shapes import volume_of
 from kabo.simulation.settings import PhysicsSettings
 
 LEAST_MASS = 0.02  # [kg] of what moves: less than that is no link of a robot
@@ -72,7 +71,7 @@ def _of_mesh(mesh: Mesh, density: float) -> Mass | None:
         hull = hull_of(mesh)
     except KaboError:
         return None
-    solid = mesh if volume_of(mesh) > 0.05 * volume_of(hull) else hull
+    solid = mesh if abs(volume_of(mesh)) > 0.05 * volume_of(hull) else hull
     corners = solid.vertices[solid.faces]  # (F, 3, 3)
     volumes = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
     total = float(volumes.sum())
