@@ -4,6 +4,7 @@ python -m scripts.robot_messages
 """
 
 import json
+from inspect import cleandoc
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,12 @@ def schema() -> dict[str, Any]:
     """The schema: any message is one of its definitions."""
     found, definitions = msgspec.json.schema_components(KINDS, ref_template="#/$defs/{name}")
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": messages.PROTOCOL}
-    return {**head, "anyOf": list(found), "$defs": dict(definitions)}
+    # Before 0.23 msgspec kept the indentation of docstrings.
+    defined = {
+        name: {**each, "description": cleandoc(each["description"])} if "description" in each else each
+        for name, each in definitions.items()
+    }
+    return {**head, "anyOf": list(found), "$defs": defined}
 
 
 def main() -> None:
