@@ -24,16 +24,17 @@ def hollow_pieces(mesh: Mesh) -> tuple[list[Mesh], Mesh | None]:
 
     Pieces share no vertex; vertices that are equal count as one. A piece is left in the rest if it is no solid, points
     inwards, is small beside the whole, or has very many faces; and so are all, if the whole's hull is hardly greater than
-    what they fill and the hull of the rest. The rest is None if nothing is left.
+    what they fill and the hull of the rest, or if triangles that are only lines may lie between them. The rest is None if
+    nothing is left.
     """
     vertices, faces = merged(mesh.vertices, mesh.faces)
     edges = edges_of(faces)
     component = components(edges, len(faces))
-    closed = np.flatnonzero(closed_components(edges, component))
-    if not len(closed):
+    closed = np.flatnonzero(closed_components(edges, component)) if len(faces) else ()
+    if not len(closed) or len(faces) < len(mesh.faces):  # the hull of all encloses such lines, too
         return [], mesh
     whole = volume_of(hull_of(mesh))
-    pieces = {number: _of_faces(vertices, faces[component == number]) for number in closed.tolist()}
+    pieces = {number: _of_faces(vertices, faces[component == number]) for number in map(int, closed)}
     sizes = {number: _hollow(piece, LEAST_SHARE * whole) for number, piece in pieces.items()}
     kept = sorted((number for number in sizes if sizes[number]), key=lambda number: (-sizes[number], number))
     left = ~np.isin(component, kept)

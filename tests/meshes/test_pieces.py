@@ -36,6 +36,12 @@ def test_what_gains_nothing_is_left_in_the_hull():
         assert hollow_pieces(mesh) == ([], mesh)
 
 
+def test_a_triangle_that_is_only_a_line_may_lie_between_pieces_and_so_all_are_within_one_hull():
+    mesh = together(without(box(0.3, (0.0, 0.0, 0.5)), 0), frame())
+    line = Mesh(mesh.vertices, np.vstack([mesh.faces, [[0, 0, len(mesh.vertices) - 1]]]))
+    assert len(hollow_pieces(mesh)[0]) == 1 and hollow_pieces(line) == ([], line)
+
+
 def test_a_frame_that_is_inside_out_is_no_solid():
     ring = frame()
     turned = Mesh(ring.vertices, ring.faces[:, ::-1])

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
+CLEARANCE = "clearance"  # the name of the measure of a distance that is to be kept
+
 
 @dataclass(frozen=True)
 class Measure:
@@ -36,7 +38,7 @@ class Measure:
     @property
     def decides_alone(self) -> bool:
         """Whether the attempt passes if only epsilon were finer, or less distance were kept."""
-        return self.epsilon or self.name == "clearance"
+        return self.epsilon or self.name == CLEARANCE
 
     @property
     def text(self) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from kabo.geometry_server import GeometryServer, Measure, Refusal, millimetres
+from kabo.geometry_server.foresight.measures import CLEARANCE
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.epsilon_alone import Passing, Repeated, with_measures
 from kabo.tasks.procedures import GeometricProcedures
@@ -46,7 +47,7 @@ class _Unkept(Repeated):
         if not found:
             wanted = max((each.wanted for each in passing), default=0.0)
             said = f"{len(passing)} of {looked} attempts would pass if no {millimetres(wanted)} were to be kept"
-            return Measure("clearance", said, wanted, 0.0)
+            return Measure(CLEARANCE, said, wanted, 0.0)
         _, apart, nearest = max(found, key=lambda each: each[0])
         said = told_distance(nearest.refusal.pairs[0][0], apart, nearest.wanted, self.epsilon)
-        return Measure("clearance", said, nearest.wanted, apart)
+        return Measure(CLEARANCE, said, nearest.wanted, apart)

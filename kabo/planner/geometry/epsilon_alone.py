@@ -11,6 +11,7 @@ from typing import Any
 from kabo.errors import CutOff
 from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Refusal, millimetres
 from kabo.language.formulas import GroundCall
+from kabo.options import SMALLEST_EPSILON
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.tasks.records import FORESEEN, Where
 from kabo.tasks.refusals import refusal_of
@@ -142,7 +143,7 @@ class Repeated:
 
     def _told(self, passing: Sequence[Passing], looked: int) -> Measure:
         gaps = [(each.apart - each.wanted, each.apart, each) for each in passing if each.apart is not None]
-        gaps = [gap for gap in gaps if gap[0] > 0.0]
+        gaps = [gap for gap in gaps if gap[0] >= SMALLEST_EPSILON]
         if not gaps:
             less, of = self.epsilon / DIVISOR, f"{len(passing)} of {looked} attempts"
             said = f"exact geometry would pass in {of}, epsilon = {millimetres(self.epsilon)} does not"

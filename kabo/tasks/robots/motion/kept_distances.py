@@ -22,6 +22,7 @@ from kabo.geometry_server import (
     Situation,
     millimetres,
 )
+from kabo.options import SMALLEST_EPSILON
 from kabo.tasks.robots.motion.questions import MotionQuestion
 
 STEPS = 8  # of a straight piece of motion at which the distance is measured
@@ -49,7 +50,7 @@ def told_distance(pair: Pair, apart: float, wanted: float, epsilon: float) -> st
     """
     there, kept = millimetres(apart), millimetres(wanted)
     near = f"too near for a proof with this epsilon that {kept} are kept"
-    if there == kept:
+    if there == kept or 0.0 < apart - wanted < SMALLEST_EPSILON:  # no epsilon would do
         why = near
     elif apart < wanted:
         why = f"but {kept} are to be kept"
