@@ -13,7 +13,10 @@ KEPT = 0.0005  # m: less than the share of an epsilon of 20 mm that convex parts
 @pytest.fixture
 def scene(tmp_path: Path) -> Scene:
     """Two boxes that are 0.4 mm apart."""
-    boxes = [f"  {name}: {{box: [0.1, 0.1, 0.1], pose: {{position: [{x}, 0, 0]}}}}" for name, x in (("a", 0.0), ("b", 0.1004))]
+    boxes = [
+        f"  {name}: {{box: [0.1, 0.1, 0.1], pose: {{position: [{x}, 0, 0]}}}}"
+        for name, x in (("a", 0.0), ("b", 0.1004))
+    ]
     (tmp_path / "scene.yaml").write_text("\n".join(["scene: s", "epsilon: 0.02", "objects:", *boxes]) + "\n")
     return load_scene(tmp_path / "scene.yaml")
 

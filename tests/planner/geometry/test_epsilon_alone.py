@@ -1,4 +1,4 @@
-"""Refused calls that epsilon alone decides, and those that no epsilon would change: a hand that touches what it shall take."""
+"""Refused calls that epsilon alone decides, and one that no epsilon changes: a hand that touches what it shall take."""
 
 import re
 from pathlib import Path
@@ -16,7 +16,8 @@ pytestmark = pytest.mark.skipif(
     installed_folder("example-robot-data") is None, reason="the extra `robots` is not installed"
 )
 SUCTION = """<robot name="suction">
-  <link name="bellows"><collision><origin xyz="0 0 0.05"/><geometry><box size="0.02 0.02 0.1"/></geometry></collision></link>
+  <link name="bellows"><collision>
+    <origin xyz="0 0 0.05"/><geometry><box size="0.02 0.02 0.1"/></geometry></collision></link>
 </robot>
 """
 JAWS_OPEN = """      open: {jaw: 0.055}

@@ -13,8 +13,12 @@ from kabo.tasks.robots.stages.filters import PredicateFilter
 from tests.support.small_robots import write_arm
 
 
-@pytest.mark.parametrize(("beyond", "told"), [(0.00002, "less than 0.1 mm"), (0.0, "less than 0.1 mm"), (0.0121, "12.1 mm")])
-def test_a_body_that_reaches_out_of_a_region_is_told_with_a_length(tmp_path: Path, beyond: float, told: str) -> None:
+@pytest.mark.parametrize(
+    ("beyond", "told"), [(0.00002, "less than 0.1 mm"), (0.0, "less than 0.1 mm"), (0.0121, "12.1 mm")]
+)
+def test_a_body_that_reaches_out_of_a_region_is_told_with_a_length(
+    tmp_path: Path, beyond: float, told: str
+) -> None:
     write_arm(tmp_path)
     (tmp_path / "scene.yaml").write_text(
         "scene: s\nepsilon: 0.01\nrobots:\n  arm: {urdf: small.urdf}\n"
