@@ -315,7 +315,7 @@ class Carrier:
 
     def _log_state(self, node: str, state: RobotState) -> None:
         if self.states.is_due(state):
-            self._poses()
+            self._poses(state.time)
             planned = self.watch.planned(self.belief, self.part)
             self.states.add(self.clock, state, planned, self.watch, self.margins.of_rest(node))
 
@@ -334,7 +334,7 @@ class Carrier:
             self._halt(surprise)
 
     def _surprise_of_bodies(self, node: str, state: RobotState) -> Surprise | None:
-        seen = self._poses()
+        seen = self._poses(state.time)
         done = frozenset((each.node, each.segment) for each in self.executed if each.until is None)
         found = self.watch.bodies(seen, state, self.belief, node, part=self.part, done=done)
         found = found or self.watch.gone(state.time, node)
@@ -343,13 +343,14 @@ class Carrier:
         self.watch.tolerated.clear()
         return found
 
-    def _poses(self) -> Mapping[str, Array]:
-        """The poses (4, 4) of bodies as they are seen; what is too far away to plan with counts as not seen."""
+    def _poses(self, time: float) -> Mapping[str, Array]:
+        """The poses (4, 4) of bodies seen at a time [s]; what is too far away to plan with counts as not seen."""
         every = self.seen_now()
         seen = {name: pose for name, pose in every.items() if np.abs(pose[:3, 3]).max() <= MAX_DISTANCE}
-        self.sightings.saw(seen, self.time)
+        self.sightings.saw(seen, time)
         if seen:  # a camera that is slower than the watch shows each picture once, to whoever looks
-            self.states.saw(seen, self.watch.planned(self.belief, self.part))
+            if self.states.rate > 0.0:
+                self.states.saw(seen, self.watch.planned(self.belief, self.part))
             if self.part is None:
                 self.looks.note(seen)
         return seen

@@ -10,6 +10,7 @@ from math import isfinite
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.execution.kernels.placed import stretch
 from kabo.execution.protocols import PacedRobot, Robot, RobotFailed, RobotState, Sensor
 from kabo.scene import Scene
 
@@ -108,6 +109,7 @@ class CheckedPoses:
 
     def __init__(self, sensor: Sensor, bodies: Collection[str]) -> None:
         self.sensor, self.bodies, self._lost = sensor, bodies, False
+        stretch(np.eye(4)[None])  # the kernel is loaded now, not while robots move
 
     def __call__(self) -> dict[str, Array]:
         """The poses (4, 4) of bodies that are seen now; what has numbers that are none is not seen.
@@ -136,15 +138,7 @@ def _are_poses(given: Sequence[Array]) -> bool:
     if not all(isinstance(each, np.ndarray) and each.shape == (4, 4) for each in given):
         return False
     poses = np.array(given, np.float64).reshape(-1, 4, 4)
-    return not given or bool(np.isfinite(poses).all() and _off(poses) <= RIGID)
-
-
-def _off(poses: Array) -> float:
-    """By how much axes of poses (k, 4, 4) are longer or shorter than one, or not at right angles; of a mirror infinite."""
-    turns = poses[:, :3, :3]
-    skew = np.abs(turns @ turns.transpose(0, 2, 1) - np.eye(3)).max()
-    off = max(float(skew), float(np.abs(poses[:, 3] - [0.0, 0.0, 0.0, 1.0]).max()))
-    return np.inf if np.linalg.det(turns).min() < 0.0 else off
+    return not given or bool(stretch(poses) <= RIGID)
 
 
 def _pose(name: str, given: Array) -> Array:
@@ -158,7 +152,7 @@ def _pose(name: str, given: Array) -> Array:
         raise RobotFailed(f"the sensor is lost: the pose of {name} has the form {pose.shape}, not (4, 4)")
     if not np.isfinite(pose).all():
         return pose
-    if _off(pose[None]) > RIGID:
+    if stretch(np.ascontiguousarray(pose[None])) > RIGID:
         text = (
             f"the sensor is lost: what it says of {name} is no pose: its axes are stretched, sheared or mirrored"
         )

@@ -11,6 +11,7 @@ from itertools import product
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.execution.kernels.placed import displaced
 from kabo.scene import Mesh
 
 
@@ -22,18 +23,24 @@ class Displacement:
         moves: vectors (k, 3) of the world, in whose hull is what any of its points is displaced by [m]; a single one, for
             a body that is only shifted, may be (3,).
         error: how much farther any of its points may be displaced, in any direction [m].
+        longest: the length of the longest of the vectors [m]; None: it is computed.
     """
 
     moves: Array
     error: float = 0.0
+    longest: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "moves", np.atleast_2d(self.moves))
+        moves = np.atleast_2d(self.moves)
+        object.__setattr__(self, "moves", moves)
+        if self.longest is None:
+            object.__setattr__(self, "longest", float(np.linalg.norm(moves, axis=1).max()))
 
     @property
     def size(self) -> float:
         """How far any of its points is displaced at most [m]."""
-        return float(np.sqrt(np.einsum("ki,ki->k", self.moves, self.moves).max())) + self.error
+        assert self.longest is not None
+        return self.longest + self.error
 
 
 def box_corners(mesh: Mesh) -> Array:
@@ -42,14 +49,14 @@ def box_corners(mesh: Mesh) -> Array:
     return np.array(list(product(*zip(low, high, strict=True))))
 
 
-def moves(wanted: Sequence[Array], found: Sequence[Array], corners: Sequence[Array]) -> Array:
-    """What the corners (8, 3) of several bodies' boxes are displaced by (n, 8, 3), given their poses (4, 4) [m]."""
+def displacements(wanted: Sequence[Array], found: Sequence[Array], corners: Sequence[Array]) -> list[Displacement]:
+    """How far bodies with these corners (8, 3) of their boxes are from their places, given their poses (4, 4)."""
     if not corners:
-        return np.zeros((0, 8, 3))
-    off = np.stack(found) - np.stack(wanted)
-    return np.asarray(np.stack(corners) @ off[:, :3, :3].transpose(0, 2, 1) + off[:, None, :3, 3])
+        return []
+    moves, longest = displaced(*(np.array(each, np.float64) for each in (wanted, found, corners)))
+    return [Displacement(own, longest=size) for own, size in zip(moves, longest.tolist(), strict=True)]
 
 
 def displacement(wanted: Array, found: Array, corners: Array) -> Displacement:
     """How far a body with these corners of its box is from its place, given its poses (4, 4)."""
-    return Displacement(moves([wanted], [found], [corners])[0])
+    return displacements([wanted], [found], [corners])[0]

@@ -328,9 +328,10 @@ class _Executor(Carrier):
 
     def _look(self) -> Mapping[str, Array]:
         """The poses (4, 4) of bodies that are seen now; with noise, each is one more look for its mean."""
-        seen = self._poses()
+        state = self._robot.state()
+        seen = self._poses(state.time)
         if self.looks.noise is not None:
-            self.watch.look(seen, self._robot.state(), self.belief)
+            self.watch.look(seen, state, self.belief)
         return seen
 
     def _seen(self) -> Mapping[str, Array]:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.compilation import settled
 from kabo.execution.clock import Change, Law, StopWhileChanging
 from kabo.execution.clock_limits import keeps_limits
 from kabo.execution.kernels.setpoints import setpoint
@@ -30,6 +31,7 @@ CHECKED_RATE = 1000.0  # [Hz], at which a stop is checked against the limits
 TOLERANCE = 1e-9
 HASTY = np.linspace(0.05, 0.95, 19)  # shares of a stop at which it is seen at once that it exceeds limits
 SURELY = 1.05  # share of a limit above which it surely does: values are those of a grid of 1 ms
+_SETPOINT = settled(setpoint)  # it is called for each robot at each setpoint
 
 
 class Setpoint(NamedTuple):
@@ -52,7 +54,7 @@ class Follower:
         self.loads: dict[str, list[Held]] = {}  # what hands of robots hold
         self._limits: dict[tuple[str, tuple[str, ...]], MotionLimits] = {}
         # The kernel is loaded now: that may take longer than a robot server may be silent.
-        setpoint(np.zeros((1, 6)), 0.0, 1.0, 0.0)
+        _SETPOINT(np.zeros((1, 6)), 0.0, 1.0, 0.0)
         self._rate = 1.0  # of the clock, when its law has ended
         self._law: Law | None = None
         self._since = self._asked_at = 0.0  # [s] since the law began, and on the clock of the motion when it did
@@ -239,5 +241,5 @@ class Follower:
 def _sent(stretch: Stretch, time: float, rate: float, change: float) -> Setpoint:
     trajectory = stretch.trajectory
     k = min(max(bisect_right(trajectory.times, time) - 1, 0), len(trajectory.coefficients) - 1)
-    values = setpoint(trajectory.padded[k], time - trajectory.times[k], rate, change)
+    values = _SETPOINT(trajectory.padded[k], time - trajectory.times[k], rate, change)
     return Setpoint(stretch.robot, trajectory.joints, *values)

@@ -6,7 +6,7 @@ decided by noise and margin, and bounded.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil, sqrt
 
 import numpy as np
@@ -75,7 +75,7 @@ class Seen:
 
     def with_error(self, sign: float) -> Displacement:
         """The displacement if the error makes it larger (1) or smaller (-1)."""
-        return Displacement(self.displaced.moves, sign * self.error)
+        return replace(self.displaced, error=sign * self.error)
 
 
 class Looks:

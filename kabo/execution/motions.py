@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.execution.kernels.setpoints import places
 from kabo.motion import Trajectory
 from kabo.plan import Plan, Segment
 from kabo.scene import Robot, Scene
@@ -80,15 +81,12 @@ class Motion:
             begin = each.begin - SAME_TIME
             if each.robot != robot.name or times[-1] < begin:
                 continue
-            columns, trajectory = (
-                [robot.joint_names.index(joint) for joint in each.trajectory.joints],
-                each.trajectory,
-            )
+            columns, trajectory = robot.columns(each.trajectory.joints), each.trajectory
             if each.end <= times[0]:
                 rows[:, columns] = trajectory.waypoints[-1]
             else:
                 begun = 0 if times[0] >= begin else int(np.searchsorted(times, begin))
-                rows[begun:, columns] = trajectory.at(times[begun:])
+                rows[begun:, columns] = places(trajectory.padded, trajectory.knots, times[begun:])
         return rows
 
     def rests(self, time: float) -> bool:

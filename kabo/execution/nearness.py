@@ -13,6 +13,7 @@ from kabo.execution.link_corners import Corners, Held
 from kabo.execution.margins import Margins, Running, Tolerance
 from kabo.execution.protocols import RobotState
 from kabo.scene import Scene, world_T
+from kabo.scene.state import GeometricState
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class Nearness:
         self.scene = scene
         self._corners: Corners | None = None
         self._during: tuple[Margins | None, Running, Tolerance | None] = None, frozenset(), None
+        self._in_hands: tuple[GeometricState | None, dict[str, Held]] = None, {}
 
     def judge(
         self,
@@ -102,7 +104,15 @@ class Nearness:
         return found
 
     def _held(self, robot: str, belief: Belief) -> Held:
-        """What a robot holds, each body with the link of its hand and its pose there."""
+        """What a robot holds, each body with the link of its hand and its pose there; looked up once in each state."""
+        if self._in_hands[0] is not belief.state:
+            self._in_hands = belief.state, {}
+        known = self._in_hands[1]
+        if robot not in known:
+            known[robot] = self._taken(robot, belief)
+        return known[robot]
+
+    def _taken(self, robot: str, belief: Belief) -> Held:
         found: dict[str, tuple[str, Array]] = {}
         for name in self.scene.movable:
             if belief.holder(name) != robot:

@@ -7,6 +7,7 @@ robots are where they should be at that time; then no time before it counts any 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -128,9 +129,9 @@ class _Path:
     @staticmethod
     def _room(proven: Sequence[tuple[float, float, float]], times: Array) -> Array:
         """What is proven at times (k,); at rest between two stretches the least of both, without any it is infinite."""
-        room = np.full(len(times), np.inf)
-        for begin, end, own in proven:
-            inside = (begin <= times) & (times <= end)
-            room[inside] = np.minimum(room[inside], own)
-        room[np.isinf(room)] = min((own for *_, own in proven), default=np.inf)
-        return room
+        every = min((own for *_, own in proven), default=inf)
+        at_each = (
+            min((own for begin, end, own in proven if begin <= time <= end), default=inf)
+            for time in times.tolist()
+        )
+        return np.array([every if least == inf else least for least in at_each])

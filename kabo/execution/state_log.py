@@ -34,8 +34,7 @@ class StateLog:
 
     def saw(self, poses: Mapping[str, Array], planned: Planned) -> None:
         """Notes poses (4, 4) of bodies that are seen, and where the plan has them then: they are in the next record."""
-        if self.rate > 0.0:
-            self._seen.update((name, (pose, planned)) for name, pose in poses.items())
+        self._seen.update((name, (pose, planned)) for name, pose in poses.items())
 
     def add(
         self,

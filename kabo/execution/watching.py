@@ -14,7 +14,8 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.belief import Belief
-from kabo.execution.displacements import Displacement, box_corners, moves
+from kabo.execution.displacements import box_corners, displacements
+from kabo.execution.kernels.setpoints import places
 from kabo.execution.link_origins import LinkOrigins
 from kabo.execution.looks import MOST_LOOKS, Looks, Seen
 from kabo.execution.margins import Margins, Running, Slack
@@ -111,6 +112,7 @@ class Watch:
         self._since = 0.0  # from when on robots may be late, on the motion's clock [s]
         self._resting: Mapping[str, Sequence[float]] = {}  # the values of all joints before the motion
         self._corners = {name: box_corners(scene.bodies[name].mesh) for name in scene.movable}
+        places(np.zeros((1, 1, 6)), np.zeros(2), np.zeros(1))  # the kernel is loaded now, not while robots move
 
     def begin(self, motion: Motion, belief: Belief) -> None:
         """Begins a motion, and its figures; `belief`: where all is before it."""
@@ -239,12 +241,8 @@ class Watch:
         wanted, names = belief.poses(state.positions), list(seen)
         if self.looks.noise is None:
             poses = ([wanted[name] for name in names], [seen[name] for name in names])
-            found = moves(*poses, [self._corners[name] for name in names])
-            sizes = np.sqrt(np.einsum("nki,nki->nk", found, found).max(axis=1))
-            looked = {
-                name: Seen(Displacement(own), size)
-                for name, own, size in zip(names, found, sizes.tolist(), strict=True)
-            }
+            found = displacements(*poses, [self._corners[name] for name in names])
+            looked = {name: Seen(own, own.size) for name, own in zip(names, found, strict=True)}
         else:
             looked = {
                 name: self.looks.take(
@@ -261,7 +259,7 @@ class Watch:
         tolerance = self.margins.rest(node)
         if tolerance is None or most > NOTED:
             return True
-        others = max((own.displaced.size for own in self._known.values()), default=0.0)
+        others = max((own.size for own in self._known.values()), default=0.0)
         return most + max(most, others) + 2.0 * sum(self.errors.values()) >= tolerance.least
 
     def _never_told(self, name: str, following: _Following) -> bool:

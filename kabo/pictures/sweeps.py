@@ -75,7 +75,7 @@ def _volume(scene: Scene, state: GeometricState, segment: Segment, tolerance: fl
     from kabo.geometry_server import GeometryServer  # compiles kernels: only this picture needs them
 
     robot, start = scene.robots[segment.robot], np.array(state.robots[segment.robot])
-    columns = [robot.joint_names.index(joint) for joint in segment.joints]
+    columns = robot.columns(segment.joints)
     waypoints = np.tile(start, (len(segment.waypoints), 1))
     waypoints[:, columns] = segment.waypoints
     predicates = GeometryServer(scene).predicates(state)

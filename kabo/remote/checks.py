@@ -81,7 +81,7 @@ def _within(robot: Robot, joint: str) -> float:
 def _require_limits(stretch: Stretch, robot: Robot) -> None:
     """Bounds of each joint's whole range are compared with its limits."""
     trajectory = stretch.trajectory
-    index = [robot.joint_names.index(joint) for joint in trajectory.joints]
+    index = robot.columns(trajectory.joints)
     lower, upper = np.asarray(robot.tree.lower)[index], np.asarray(robot.tree.upper)[index]
     low, high = trajectory.bounds(halvings=HALVINGS)
     room = ROOM * np.where(np.isfinite(upper - lower), upper - lower, 0.0)

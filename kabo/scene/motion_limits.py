@@ -18,7 +18,7 @@ def motion_limits(robot: Robot, joints: Sequence[str]) -> MotionLimits:
     A joint whose acceleration the scene does not limit reaches full velocity in `RAMP` seconds; one without a limit of
     jerk reaches full acceleration in `ONSET` seconds.
     """
-    index = [robot.joint_names.index(joint) for joint in joints]
+    index = robot.columns(joints)
     velocity = np.asarray(robot.tree.velocity, float)[index]
     acceleration = _of(robot.acceleration, joints, velocity / RAMP)
     return MotionLimits(velocity, acceleration, _of(robot.jerk, joints, acceleration / ONSET))

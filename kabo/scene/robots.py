@@ -152,6 +152,14 @@ class Robot:
         """The names of the gripper's joints."""
         return self.joint_names[self.planned :]
 
+    def columns(self, joints: Sequence[str]) -> list[int]:
+        """Where the values of some joints are in a configuration; raises KeyError for a joint that the robot has not."""
+        return [self._column[joint] for joint in joints]
+
+    @cached_property
+    def _column(self) -> dict[str, int]:
+        return {joint: number for number, joint in enumerate(self.joint_names)}
+
     @cached_property
     def data(self) -> Any:
         """Pinocchio's `Data` for this robot: scratch memory of its algorithms."""

@@ -20,7 +20,7 @@ from kabo.simulation.kernels.friction import Contacts, Touches, complete_frictio
 from kabo.simulation.kernels.motors import Joints, Setpoints, drive, press, wanted_accelerations
 from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
-from kabo.simulation.mujoco_library import mujoco, tree_of
+from kabo.simulation.mujoco_library import model_from, mujoco, tree_of
 from kabo.simulation.settings import USUAL, PhysicsSettings
 from kabo.simulation.turning_fingers import (
     FINGERS,
@@ -66,7 +66,7 @@ class Physics:
         self.scene, self.settings = scene, settings
         self.description: PhysicsModel = physics_model(scene, settings, start)
         self._mujoco = mujoco()
-        self.model = self._mujoco.MjModel.from_xml_string(self.description.xml)
+        self.model = model_from(self.description.xml)
         self._make_true(masses or {})
         self.data = self._mujoco.MjData(self.model)
         self._index()

@@ -104,7 +104,7 @@ def _spread(segment: Segment, robot: Robot, rows: Array, off: Array | None) -> A
     found = np.zeros((len(rows) - 1, len(robot.joint_names)))
     if off is not None:
         stands = (np.ptp(rows, axis=0) == 0.0) & (off <= STILL)
-        found[:, [robot.joint_names.index(joint) for joint in segment.joints]] = np.where(stands, 0.0, off)
+        found[:, robot.columns(segment.joints)] = np.where(stands, 0.0, off)
     return found
 
 
@@ -140,7 +140,7 @@ def _overlapping(motion: Sequence[Segment]) -> bool:
 def _whole(segment: Segment, robot: Robot, start: Array, rows: Array) -> Array:
     """Configurations (W, n) of all joints of the robot."""
     whole = np.tile(start, (len(rows), 1))
-    whole[:, [robot.joint_names.index(joint) for joint in segment.joints]] = rows
+    whole[:, robot.columns(segment.joints)] = rows
     return whole
 
 

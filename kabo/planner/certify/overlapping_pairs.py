@@ -50,7 +50,7 @@ def _place(stretch: MotionStretch, motion: Sequence[Segment], robot: Robot, piec
     row = np.array([np.interp(time, times, column) for column in rows.T])
     if segment.trajectory is None:
         return row
-    own = [robot.joint_names.index(joint) for joint in segment.joints]
+    own = robot.columns(segment.joints)
     start, way = rows[piece, own], rows[piece + 1, own] - rows[piece, own]
     square = float(way @ way)
     share = float((segment.trajectory.at(time) - start) @ way) / square if square > 0.0 else 0.0

@@ -41,7 +41,7 @@ class Leg:
     def along(self, path: Iterable[Sequence[float]] | Array) -> Segment:
         """The segment along other way points (m, n), given over all joints; its times only count them."""
         robot = self.part.scene.robot(self.segment.robot)
-        index = [robot.joint_names.index(joint) for joint in self.segment.joints]
+        index = robot.columns(self.segment.joints)
         rows = tuple(tuple(configuration(np.asarray(q)[index])) for q in path)
         kept = (*(a for a, b in zip(rows, rows[1:], strict=False) if a != b), rows[-1])
         kept = kept if len(kept) > 1 else (kept[0], kept[0])
@@ -95,7 +95,7 @@ def leg_proven(leg: Leg) -> bool:
 
 def _leg(scene: TaskScene, segment: Segment) -> Leg | None:
     robot, start = scene.robot(segment.robot), scene.configuration(segment.robot)
-    index = [robot.joint_names.index(joint) for joint in segment.joints]
+    index = robot.columns(segment.joints)
     rows = np.tile(start, (len(segment.waypoints), 1))
     rows[:, index] = segment.waypoints
     if np.abs(rows[0] - start).max() > JOINED:

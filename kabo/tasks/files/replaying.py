@@ -85,7 +85,7 @@ class _Replay:
         """Proves a segment in the scene, and adds it as a part of its stage."""
         before, name = self.scene, segment["robot"]
         robot = self.scene.robot(name)
-        columns = [robot.joint_names.index(joint) for joint in segment["joints"]]
+        columns = robot.columns(segment["joints"])
         path = np.tile(self.scene.configuration(name), (len(segment["waypoints"]), 1))
         if np.abs(path[0][columns] - segment["waypoints"][0]).max() > SAME_PLACE:
             raise NotAgainError(f"{name} is elsewhere before {segment['stage']}")

@@ -167,7 +167,7 @@ class MarginCurves:
         found = []
         for segment in (motion[i] for i in stretch.segments):
             robot, q = self._scene.robots[segment.robot], stretch.waypoints[segment.robot][0].copy()
-            q[[robot.joint_names.index(joint) for joint in segment.joints]] = segment.at(time)
+            q[robot.columns(segment.joints)] = segment.at(time)
             joints.update(_joint_poses(robot, q))
         for thing, joint_T in moving:
             found.append(joints[thing.robot or "", thing.joint] @ joint_T)
