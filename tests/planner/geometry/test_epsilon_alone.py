@@ -65,3 +65,24 @@ def test_two_that_are_nearer_than_epsilon_are_told_with_one_that_does(tmp_path: 
     found = re.search(r"arm.bellows and cup are 0.5 mm apart, nearer than .* \(try --epsilon ([\d.]+)\)", said)
     assert found is not None, said
     assert solve(load_problem(path), epsilon=float(found[1]), max_samples=20_000, timeout=600.0).status == "solved"
+
+
+def test_a_hand_that_touches_what_it_shall_take_is_told_with_where_the_tools_point_goes(tmp_path: Path) -> None:
+    """`blocked by cup` would have somebody look at the cup, where it is the tool's point that is wrong."""
+    path = sucked(tmp_path, 1e-8)
+    said = reasons(solve(load_problem(path), max_samples=20_000, timeout=600.0))
+    advice = re.search(r"cup is touched by arm\.bellows before grasp above .* ([\d.]+) mm or more beyond", said)
+    assert advice is not None, said
+    found = explain(load_problem(path), max_samples=20_000, timeout=600.0, changes=0)
+    assert "cup is touched by arm.bellows before grasp above" in "\n".join(str(found).splitlines()[:2]), str(found)
+    path = sucked(tmp_path, float(advice[1]) / 1000.0)
+    assert solve(load_problem(path), max_samples=20_000, timeout=600.0).status == "solved"
+
+
+def test_a_hand_that_touches_something_else_is_told_as_blocked_by_it(tmp_path: Path) -> None:
+    path = sucked(tmp_path, 0.003)
+    scene = (tmp_path / "scene.yaml").read_text()
+    lid = "objects:\n  lid: {box: [0.1, 0.1, 0.01], pose: {position: [0.5, -0.25, 0.125]}}\n"
+    (tmp_path / "scene.yaml").write_text(scene.replace("objects:\n", lid, 1))
+    said = reasons(solve(load_problem(path), max_samples=20_000, timeout=600.0))
+    assert "blocked by lid" in said and "touched" not in said

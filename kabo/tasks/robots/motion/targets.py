@@ -43,6 +43,7 @@ from kabo.scene import Configuration, Region, Robot
 from kabo.scene.transforms import inverse
 from kabo.streams import stream_key
 from kabo.tasks.robots.motion.directions import frame_of
+from kabo.tasks.robots.motion.nearness import hand_touches
 from kabo.tasks.robots.scenes import TaskScene
 
 FIRST_BATCHES = (16, 48, 192)  # samples in the first batches for one pose; often a few suffice
@@ -99,6 +100,18 @@ class GraspTarget:
         key = "too wide", self.robot, body.name, family.name, hand
         known: tuple[Measure | None] = scene.context.surroundings.lasting(
             key, lambda: (too_wide(robot, body, family, hand),)
+        )
+        return known[0]
+
+    def touched(self, scene: TaskScene, pair: Pair, at: Candidate) -> Measure | None:
+        """That a hand which does not open touches the object at a grasp; None if it opens, or does not touch it.
+
+        One grasp tells: each family has one point of the tool.
+        """
+        own = scene.context.surroundings
+        key = "touched", self.robot, self.object, self.stream.family.name, pair, own.budget.epsilon, own.clearance
+        known: tuple[Measure | None] = own.lasting(
+            key, lambda: (hand_touches(scene, self.robot, pair, at.q, self.stream.family.name),)
         )
         return known[0]
 

@@ -93,8 +93,10 @@ class ComputeIK(RobotStage, Wrapper):
         if hit is None:
             return None
         refusal = Refusal.collision(hit, question=along(scene, name, at.q))
-        wide = target.too_wide(scene) if isinstance(target, GraspTarget) and target.object in hit else None
-        return refusal if wide is None else replace(refusal, measures=(wide,))
+        if not isinstance(target, GraspTarget) or target.object not in hit:
+            return refusal
+        cause = target.too_wide(scene) or target.touched(scene, hit, at)
+        return refusal if cause is None else replace(refusal, measures=(cause,))
 
 
 def _is_movable(scene: TaskScene, robot: str, refused: Refusal) -> bool:
