@@ -274,8 +274,7 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
     Raises:
         InputError: it is not; says which two things meet, and how deep, or how much distance is missing.
     """
-    from kabo.geometry_server import ScenePredicates
-    from kabo.tasks.robots.motion.kept_distances import told_distance
+    from kabo.tasks.robots.motion.kept_distances import met_distance, told_distance
 
     pair = scene.workspace(robot).first_hit(q)
     if pair is None:
@@ -285,16 +284,17 @@ def _require_free(scene: "TaskScene", robot: str, q: Array, name: str) -> None:
             name, f"at the {name} {pair[0]} is not on its floor, {pair[1]}", "choose another configuration"
         )
     state = scene.situation.first.replace({robot: tuple(map(float, q))})
-    surroundings = scene.context.surroundings
-    bounds = ScenePredicates(surroundings, state).distance(*pair)
-    if bounds.lower < 0.0:
-        depth = f"{-1000 * bounds.lower:.1f}"
-        how = "touch" if depth == "0.0" else f"overlap by up to {depth} mm"
-    elif bounds.lower < (wanted := _kept(scene, pair)):
-        what = f"at the {name} {told_distance(pair, bounds.lower, wanted, surroundings.budget.epsilon)}"
-        raise fault(name, what, "choose another configuration, a smaller clearance, or let less be uncertain")
-    else:
-        how = f"are {1000 * bounds.lower:.2f} mm apart, too near for a proof with this epsilon"
+    surroundings, wanted = scene.context.surroundings, _kept(scene, pair)
+    apart = met_distance(surroundings, state, pair)
+    if apart > 0.0:
+        remedy = "choose another configuration, " + (
+            "a smaller clearance, or let less be uncertain" if wanted > 0.0 else "or a smaller epsilon"
+        )
+        raise fault(
+            name, f"at the {name} {told_distance(pair, apart, wanted, surroundings.budget.epsilon)}", remedy
+        )
+    depth = f"{-1000 * apart:.1f}"
+    how = "touch" if depth in ("0.0", "-0.0") else f"overlap by up to {depth} mm"
     what = f"at the {name} {pair[0]} and {pair[1]} {how}"
     raise fault(name, what, "choose another configuration, or allow the contact: allowed_contacts")
 

@@ -5,13 +5,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import coal
 import numpy as np
 import pytest
 
 import kabo
 from kabo.errors import InputError
+from kabo.geometry_server import GeometryServer
 from kabo.motion_plans import Motion, find_motion
-from kabo.scene import Attachment, Scene, motion_limits, world_T
+from kabo.scene import Attachment, Scene, link_poses, motion_limits, world_T
+from kabo.tasks.robots import TaskScene
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 # A box between the two configurations of a Panda: the straight way goes through it.
@@ -104,6 +107,55 @@ def test_an_end_that_is_too_near_says_how_much_there_is_and_how_much_is_to_be_ke
     )
     assert told is not None, one.message
     assert 0.0 < float(told[1]) < 290.0
+
+
+def distance_of_meshes(scene: Scene, q: tuple[float, ...], link: str) -> float:
+    """How far the mesh of a link is from that of the wall [m], as coal has it; 0 where they touch."""
+    arm, wall = scene.robots["arm"], scene.bodies["wall"]
+    pose = link_poses(arm, (*q, *scene.start.robots["arm"][len(q) :]))[link]
+    placed = []
+    for mesh, at in ((arm.links[link].mesh, pose), (wall.mesh, world_T(scene, scene.start, "wall"))):
+        assert mesh is not None
+        model, corners, faces = coal.BVHModelOBBRSS(), coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+        corners.extend(np.array(mesh.vertices))
+        faces.extend([coal.Triangle(*map(int, face)) for face in mesh.faces])
+        model.beginModel(len(faces), len(corners))
+        model.addSubModel(corners, faces)
+        model.endModel()
+        placed += [model, coal.Transform3s(at[:3, :3].copy(), at[:3, 3].copy())]
+    return max(0.0, float(coal.distance(*placed, coal.DistanceRequest(), coal.DistanceResult())))
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.005])
+def test_the_distance_that_an_end_is_told_to_have_is_that_of_the_meshes(scene: Scene, kept: float):
+    """It was that of the convex parts, by up to epsilon less: `overlap by 2.6 mm` where 3 mm were left."""
+    near, *others = scene.robots["arm"].configurations["home"]
+    kinds = set()
+    for turned in np.linspace(-0.34, -0.1, 100):
+        goal = (near + 0.8 + turned, *others)[:7]
+        try:
+            kabo.plan_motion(scene, "arm", "home", goal, epsilon=0.03, clearance=kept, samples=1)
+        except kabo.NoMotionError:
+            continue
+        except InputError as refused:
+            said = refused.diagnostics[0].message
+            link = re.search(r"arm\.(\w+) and wall", said)
+            assert link is not None, said
+            apart = 1000.0 * distance_of_meshes(scene, goal, link[1])
+            told = re.search(r"are ([\d.]+) mm apart", said)
+            kinds.add("apart" if told else "touches")
+            assert (float(told[1]) if told else 0.0) == pytest.approx(apart, abs=0.051), said
+            missing = re.search(r", but 5 mm are to be kept", said)
+            assert told is None or (missing is not None) == (kept > 0.0 and apart < 4.95), said  # noqa: PLR2004
+            finer = re.search(r"\(try --epsilon ([\d.e-]+)\)", said)
+            same = abs(apart - 1000.0 * kept) < 0.1  # told alike: no epsilon is proposed  # noqa: PLR2004
+            assert told is None or missing is not None or finer is not None or same, said
+            if finer is not None and float(finer[1]) >= 0.001:  # noqa: PLR2004
+                again = TaskScene.of(GeometryServer(scene, float(finer[1]), clearance=kept).context(), scene.start)
+                hit = again.at("arm", np.array((*goal, *scene.start.robots["arm"][7:]))).hit("arm")
+                assert hit != (f"arm.{link[1]}", "wall"), said
+                kinds.add("finer")
+    assert kinds == {"apart", "touches", "finer"}
 
 
 def test_where_no_way_is_found_it_says_how_much_is_to_be_kept(tmp_path: Path):

@@ -23,6 +23,7 @@ from kabo.geometry_server import (
     millimetres,
 )
 from kabo.options import SMALLEST_EPSILON
+from kabo.scene import GeometricState
 from kabo.tasks.robots.motion.questions import MotionQuestion
 
 STEPS = 8  # of a straight piece of motion at which the distance is measured
@@ -49,7 +50,7 @@ def told_distance(pair: Pair, apart: float, wanted: float, epsilon: float) -> st
         epsilon: with which nothing was proven [m].
     """
     there, kept = millimetres(apart), millimetres(wanted)
-    near = f"too near for a proof with this epsilon that {kept} are kept"
+    near = "too near for a proof with this epsilon" + (f" that {kept} are kept" if wanted > 0.0 else "")
     if there == kept or 0.0 < apart - wanted < SMALLEST_EPSILON:  # no epsilon would do
         why = near
     elif apart < wanted:
@@ -57,6 +58,16 @@ def told_distance(pair: Pair, apart: float, wanted: float, epsilon: float) -> st
     else:
         why = f"{near} (try --epsilon {finer_epsilon(apart - wanted, epsilon):g})"
     return f"{pair[0]} and {pair[1]} are {there} apart, {why}"
+
+
+def met_distance(surroundings: SceneSurroundings, state: GeometricState, pair: Pair) -> float:
+    """The distance of two things that are too near each other, on their original meshes [m].
+
+    Where they share a point it is 0 or less: minus a bound of the depth by which they overlap.
+    """
+    things = ScenePredicates(surroundings, state)
+    apart = float(geometry.exact_distance(things.thing(pair[0]), things.thing(pair[1])))
+    return apart if apart > 0.0 else min(0.0, things.distance(*pair).lower)
 
 
 def finer_epsilon(room: float, epsilon: float) -> float:

@@ -58,7 +58,9 @@ class MoveTo(RobotStage, Propagator):
             meanings.name,
         ),
         "keep": KEEP,
-        "straight": Property(bool, False, "whether the frame of the tool moves on a straight line, and turns evenly"),
+        "straight": Property(
+            bool, False, "whether the frame of the tool moves on a straight line, and turns evenly"
+        ),
         "planner": PLANNER,
         "attempt_timeout": ATTEMPT_TIMEOUT,
         "if_missing": Property(
