@@ -1,11 +1,12 @@
 """The trajectory as data: polynomial pieces in time for each joint, beside the path that they follow."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, pairwise
 from math import inf, isfinite
-from typing import NamedTuple
+from numbers import Real
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +22,10 @@ SAME_TIME = 1e-12  # [s]: a time that is so near such a number is that number; o
 SAME_PLACE = 1e-9  # [rad or m]: two trajectories can be joined if their ends differ by less
 FACTORS = 1e-6, 1e6  # of time, by which a motion can be scaled
 MAX_SAMPLES = 10**8  # of one motion
+
+_SEQUENCES = "joints", "waypoints", "times", "coefficients"
+_NESTED = "coefficients must be a tuple of numbers for each joint of each piece"
+_OF_ARRAYS = {np.ndarray: "`Trajectory.of_arrays` takes arrays"}
 
 Coefficients = tuple[tuple[tuple[float, ...], ...], ...]
 Rows = tuple[tuple[float, ...], ...]
@@ -46,6 +51,9 @@ class Trajectory:
         coefficients: for each piece and each joint at most six numbers, in increasing powers of the time since the
             beginning of the piece [rad or m, and s].
         deviation: no joint is ever farther than this from the path [rad or m]; 0 if it is followed exactly.
+
+    Raises:
+        ArgumentError: something is of another kind; whether the numbers make a motion is seen in `padded`.
     """
 
     joints: tuple[str, ...]
@@ -53,6 +61,18 @@ class Trajectory:
     times: tuple[float, ...]
     coefficients: Coefficients
     deviation: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Looks at kinds alone, and at no coefficient: planning makes thousands of motions."""
+        for name in _SEQUENCES:
+            given = getattr(self, name)
+            if not isinstance(given, (tuple, list)):
+                refuse(name, f"{name} must be a tuple, not {shown(given)}", _OF_ARRAYS.get(type(given)))
+        _require_kind("joints", self.joints, str, "names of joints")
+        _require_kind("times", self.times, Real, "numbers")
+        _require_kind("waypoints", self.waypoints, (tuple, list), "tuples of numbers")
+        _require_kind("waypoints", chain.from_iterable(self.waypoints), Real, "tuples of numbers")
+        _require_kind("deviation", (self.deviation,), Real, "a number")
 
     @classmethod
     def linear(
@@ -63,9 +83,10 @@ class Trajectory:
         Velocities jump at way points: it is what plans of the format `kabo-plan/1` say, and no controller follows it.
 
         Raises:
+            ArgumentError: something is of another kind.
             ValueError: there are not as many times as way points, or times do not increase.
         """
-        rows = _rows(waypoints)
+        rows, times = _rows(waypoints), _array("times", times, 1).tolist()
         if len(times) != len(rows) or not rows:
             raise ValueError(f"{len(times)} times for {len(rows)} way points: each is reached at one")
         _require_increasing(times)
@@ -74,17 +95,21 @@ class Trajectory:
             tuple((a, (b - a) / (t1 - t0)) for a, b in zip(row, after, strict=True))
             for row, after, t0, t1 in steps
         )
-        return cls(tuple(joints), rows, tuple(map(float, times)), pieces)
+        return cls(_names(joints), rows, tuple(times), pieces)
 
     @classmethod
     def of_arrays(
         cls, joints: Sequence[str], waypoints: ArrayLike, times: ArrayLike, padded: Array, deviation: float = 0.0
     ) -> "Trajectory":
-        """The motion from arrays: way points (m, n), times (k + 1,), coefficients (k, n, up to 6)."""
-        times = tuple(map(float, np.asarray(times, np.float64)))
-        return cls(
-            tuple(joints), _rows(waypoints), times, _trimmed(np.asarray(padded, np.float64)), float(deviation)
-        )
+        """The motion from arrays: way points (m, n), times (k + 1,), coefficients (k, n, up to 6).
+
+        Raises:
+            ArgumentError: something is of another kind, or an array has another number of axes.
+        """
+        coefficients = _trimmed(_array("coefficients", padded, 3))
+        own = tuple(_array("times", times, 1).tolist())
+        _require_kind("deviation", (deviation,), Real, "a number")
+        return cls(_names(joints), _rows(waypoints), own, coefficients, float(deviation))
 
     @property
     def duration(self) -> float:
@@ -98,15 +123,22 @@ class Trajectory:
         Whoever asks for values or bounds needs it, so here it is seen whether the motion is one.
 
         Raises:
+            ArgumentError: a coefficient is no number, or tuples are not nested as they must be.
             ValueError: times do not increase, numbers are not finite, or there are not a piece between two times each, a
                 polynomial of degree 5 or less for each joint, a value of each joint in each way point, and no
                 deviation below 0.
         """
-        self._require_form()
-        found = np.zeros((len(self.coefficients), len(self.joints), MAX_DEGREE + 1))
-        rows = list(chain.from_iterable(self.coefficients))
-        lengths = np.fromiter(map(len, rows), np.int64, len(rows)).reshape(found.shape[:2])
-        numbers = np.fromiter(chain.from_iterable(rows), np.float64, int(lengths.sum()))
+        try:
+            self._require_form()
+            found = np.zeros((len(self.coefficients), len(self.joints), MAX_DEGREE + 1))
+            rows = list(chain.from_iterable(self.coefficients))
+            lengths = np.fromiter(map(len, rows), np.int64, len(rows)).reshape(found.shape[:2])
+        except TypeError:  # e.g. a number where a tuple must be
+            refuse("coefficients", _NESTED)
+        try:
+            numbers = np.fromiter(chain.from_iterable(rows), np.float64, int(lengths.sum()))
+        except (TypeError, ValueError):  # e.g. a text
+            refuse("coefficients", _NESTED)
         found[np.arange(MAX_DEGREE + 1) < lengths[..., None]] = numbers
         if not np.isfinite(found).all():
             raise ValueError("a coefficient is not a finite number")
@@ -301,13 +333,40 @@ def _require_increasing(times: Sequence[float]) -> None:
             raise ValueError(f"times are finite and increase, but {after} s follows {before} s")
 
 
+def _require_kind(name: str, given: Iterable[object], kind: Any, called: str) -> None:
+    """Checks what a sequence holds.
+
+    Raises:
+        ArgumentError: something is of another kind.
+    """
+    for own in set(map(type, given)):  # mostly one
+        if not issubclass(own, kind):
+            refuse(name, f"{name} must be {called}, and there is one of type {own.__name__}")
+
+
+def _names(joints: Sequence[str]) -> tuple[str, ...]:
+    """The names of joints that a caller gives.
+
+    Raises:
+        ArgumentError: they cannot be gone through.
+    """
+    if not isinstance(joints, Iterable):
+        refuse("joints", f"joints must be names of joints, not {shown(joints)}")
+    return tuple(joints)
+
+
 def _rows(waypoints: ArrayLike) -> Rows:
-    return tuple(map(tuple, np.asarray(waypoints, np.float64).tolist()))
+    """Way points as tuples.
+
+    Raises:
+        ArgumentError: they are no array of numbers with two axes.
+    """
+    return tuple(map(tuple, _array("waypoints", waypoints, 2).tolist()))
 
 
 def _trimmed(padded: Array) -> Coefficients:
     """Coefficients (k, n, 6) as tuples without zeros at the end; the first one always stays."""
-    lengths = np.where(padded[..., 1:] != 0.0, np.arange(2, padded.shape[-1] + 1), 1).max(axis=-1)
+    lengths = np.where(padded[..., 1:] != 0.0, np.arange(2, padded.shape[-1] + 1), 1).max(axis=-1, initial=1)
     rows = (padded + 0.0).tolist()  # no negative zeros
     return tuple(
         tuple(tuple(own[:length]) for own, length in zip(piece, counts, strict=True))
@@ -316,15 +375,23 @@ def _trimmed(padded: Array) -> Coefficients:
 
 
 def _numbers(name: str, given: ArrayLike) -> Array:
-    """The numbers that a caller gives.
+    """As `_array`, without NaN."""
+    numbers = _array(name, given)
+    if np.isnan(numbers).any():
+        refuse(name, f"{name} must be numbers, and one is NaN")
+    return numbers
+
+
+def _array(name: str, given: ArrayLike, axes: int | None = None) -> Array:
+    """An array of what a caller gives, with so many axes.
 
     Raises:
-        ArgumentError: one is none.
+        ArgumentError: something is no number, or there are more axes, or fewer.
     """
     try:
         numbers = np.asarray(given, np.float64)
     except (TypeError, ValueError, OverflowError):
         refuse(name, f"{name} must be numbers, not {shown(given)}")
-    if np.isnan(numbers).any():
-        refuse(name, f"{name} must be numbers, and one is NaN")
+    if axes is not None and numbers.ndim != axes and numbers.size:
+        refuse(name, f"{name} must have {'one axis' if axes == 1 else f'{axes} axes'}, not {numbers.ndim}")
     return numbers

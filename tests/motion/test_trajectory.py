@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kabo.errors import ArgumentError
 from kabo.motion import MotionLimits, Trajectory, timed_path
 
 SEEDS = st.integers(0, 10**6)
@@ -169,3 +170,48 @@ NO_MOTIONS = [
 def test_what_is_no_motion_is_told_by_one_error(made, words):
     with pytest.raises(ValueError, match=words):
         made()
+
+
+def test_what_is_of_another_kind_is_one_clear_error_when_it_is_given():
+    """It was an error of Python or numpy when values were first asked for, or not at all."""
+    for name, wrong in (
+        ("joints", ["a", None, 3, (1,), (None,), b"a"]),
+        ("waypoints", [None, 3, "ab", (0.0, 1.0), ((None,), (1,)), (("x",), (1.0,)), {}, np.zeros((2, 1))]),
+        ("times", [None, 3, "01", ("0", "1"), (None, 1.0), (0.0, [1.0]), (0j, 1j), np.zeros(2)]),
+        ("coefficients", [None, 3, "a", {}, np.zeros((1, 1, 2))]),
+        ("deviation", [None, "0", 1j, (0.0,)]),
+    ):
+        for each in wrong:
+            with pytest.raises(ArgumentError, match=name):
+                replace(LINE, **{name: each})
+
+
+def test_coefficients_that_are_no_numbers_are_one_clear_error_when_values_are_asked_for():
+    for wrong in ((((0.0, 1j),),), ((("x", 1.0),),), ((([0.0], 1.0),),), ((0.0,),)):
+        with pytest.raises(ArgumentError, match="coefficients must be"):
+            replace(LINE, coefficients=wrong).at(0.5)
+
+
+def test_arrays_of_other_kinds_are_one_clear_error():
+    line, arrays = Trajectory.linear, Trajectory.of_arrays
+    good, times, padded = [(0.0,), (1.0,)], (0.0, 1.0), np.zeros((1, 1, 2))
+    for made, name in (
+        (lambda: line(("a",), [[0], ["x"]], times), "waypoints"),
+        (lambda: line(("a",), None, times), "waypoints"),
+        (lambda: line(("a",), [[0], [1, 2]], times), "waypoints"),
+        (lambda: line(("a",), [0, 1], times), "waypoints"),
+        (lambda: line(("a",), good, None), "times"),
+        (lambda: line(("a",), good, ["0", "x"]), "times"),
+        (lambda: line(None, good, times), "joints"),
+        (lambda: arrays(("a",), good, times, None), "coefficients"),
+        (lambda: arrays(("a",), good, times, [1.0]), "coefficients"),
+        (lambda: arrays(("a",), good, 3.0, padded), "times"),
+        (lambda: arrays(("a",), good, times, padded, None), "deviation"),
+    ):
+        with pytest.raises(ArgumentError, match=name):
+            made()
+
+
+def test_a_motion_that_stands_still_may_have_constants_alone():
+    """`of_arrays` takes up to six coefficients, and one of them was an error of numpy."""
+    assert Trajectory.of_arrays(("a",), [(0.5,)], (0.0, 1.0), np.full((1, 1, 1), 0.5)).at(0.5) == [0.5]
