@@ -5,7 +5,8 @@ Two links of one robot, where it is in its own way; or a hand and what it shall 
 
 from collections.abc import Iterable
 
-from kabo import geometry
+from kabo import geometry  # its names load when they are used: python-fcl only for `--geometry exact`
+from kabo.arrays import Array
 from kabo.geometry_server import Measure, Pair, ScenePredicates, millimetres, pair_text
 from kabo.scene import Configuration
 from kabo.tasks.robots.scenes import TaskScene
@@ -53,7 +54,7 @@ def _kept(scene: TaskScene, robot: str, pair: Pair) -> float:
     return 0.0 if one else sum(scene.context.surroundings.kept(name) for name in pair)
 
 
-def hand_touches(scene: TaskScene, robot: str, pair: Pair, q: Configuration, family: str) -> Measure | None:
+def hand_touches(scene: TaskScene, robot: str, pair: Pair, q: Array, family: str) -> Measure | None:
     """That a hand without moving joints touches an object where a grasp family takes it; None if it is not so.
 
     Such a hand does not open: before the object is grasped, only where the tool's point lies keeps them apart.
@@ -62,7 +63,7 @@ def hand_touches(scene: TaskScene, robot: str, pair: Pair, q: Configuration, fam
         scene: where the object is not grasped.
         robot: the robot of the hand.
         pair: the link and the object that are too near each other, in any order.
-        q: all joints of the robot at the grasp.
+        q: all joints (n,) of the robot at the grasp.
         family: the name of the grasp family.
     """
     gripper = scene.robot(robot).gripper
