@@ -49,6 +49,7 @@ class Motion:
         keep: the name of the constraint that it keeps, if there is one.
         seed: of the samples.
         clearance: what bodies keep from each other along it [m].
+        epsilon: the accuracy of the proofs [m]; None: that of the scene.
     """
 
     scene: "Scene"
@@ -60,6 +61,7 @@ class Motion:
     keep: str | None
     seed: int
     clearance: float = 0.0
+    epsilon: float | None = None
 
     def plan(self, *, certificate: bool = True) -> Plan:
         """The plan of one node that makes this motion; `kabo.verify(scene, plan)` judges it.
@@ -91,7 +93,7 @@ class Motion:
             "clearance": self.clearance,
             "runs": [{"seed": self.seed, "solutions": [{"motion": motion, "cost": 0.0}]}],
         }
-        return plan_of_solution(report, 1, self.scene, certificate=certificate)  # type: ignore[arg-type]
+        return plan_of_solution(report, 1, self.scene, certificate=certificate, epsilon=self.epsilon)  # type: ignore[arg-type]
 
 
 def plan_motion(
@@ -209,7 +211,7 @@ def find_motion(
     if isinstance(found, Refusal):
         raise NoMotionError(_no_way(task_scene, robot, found, samples))
     times, trajectory = _timed(task_scene, robot, found, keep)
-    return Motion(scene, robot, first, last, times, trajectory, keep, seed, kept)
+    return Motion(scene, robot, first, last, times, trajectory, keep, seed, kept, server.budget.epsilon)
 
 
 def _holding(scene: "Scene", robot: "Robot", name: str) -> "Scene":

@@ -84,7 +84,9 @@ def solutions_of(report: Report) -> list[Any]:
     return [whole for run in report["runs"] for whole in run["solutions"]]
 
 
-def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate: bool) -> Plan:
+def plan_of_solution(
+    report: Report, number: int, scene: "Scene", *, certificate: bool, epsilon: float | None = None
+) -> Plan:
     """The plan of one solution of a report, in the scene in which the task was planned.
 
     Args:
@@ -92,6 +94,7 @@ def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate
         number: that of the solution, from 1, as `chosen` gives it.
         scene: the scene, loaded from a file.
         certificate: whether the plan gets a certificate.
+        epsilon: the accuracy of the proofs [m]; None: that of the scene, with which tasks are planned.
 
     Raises:
         InputError: the motion is none, with its place in the plan; or it names what the scene does not have.
@@ -103,13 +106,14 @@ def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate
     description = scene.description
     if description is None:
         refuse("scene", "the scene was not loaded from a file: give what `kabo.load_scene` returns")
+    epsilon = scene.epsilon if epsilon is None else epsilon
     motion: MotionReport = solutions_of(report)[number - 1]["motion"]
     _require_known(motion, scene, f"solution {number}")
     before, after = (_whole(state, scene) for state in (motion["start"], motion["after"]))
     content = {
         "format": FORMAT,
         "problem": {"name": report["task"], "files": _files(scene, description)},
-        "options": _options(report, number, scene),
+        "options": _options(report, number, epsilon),
         "root": NODE,
         "nodes": {NODE: _node(report["task"], motion, before, after), GOAL: {"kind": "goal"}},
         "start": before,
@@ -117,7 +121,7 @@ def plan_of_solution(report: Report, number: int, scene: "Scene", *, certificate
     plan = plan_from_json(json.dumps(content), file=f"solution {number}")
     try:
         plan = granted(plan, scene)
-        return _certified(plan, scene, report.get("clearance", 0.0)) if certificate else plan
+        return _certified(plan, scene, epsilon, report.get("clearance", 0.0)) if certificate else plan
     except (KeyError, ValueError, IndexError) as error:  # joints, links or objects of another scene
         what = f"this motion is none of the scene {scene.name}: {error}"
         raise InputError([Diagnostic(f"solution {number}", 1, 1, what, "name the scene of the report")]) from None
@@ -135,11 +139,11 @@ def only_planned(report: Report, number: int) -> str | None:
     return f"planning also kept away from what the scene does not have: {', '.join(names)}; no plan tells or proves it"
 
 
-def _certified(plan: Plan, scene: "Scene", clearance: float) -> Plan:
+def _certified(plan: Plan, scene: "Scene", epsilon: float, clearance: float) -> Plan:
     from kabo.geometry_server import GeometryServer
     from kabo.planner.certify.certifying import certified
 
-    return certified(plan, GeometryServer(scene, clearance=clearance).surroundings)[0]
+    return certified(plan, GeometryServer(scene, epsilon, clearance=clearance).surroundings)[0]
 
 
 def _node(task: str, motion: MotionReport, before: State, after: State) -> dict[str, Any]:
@@ -196,10 +200,10 @@ def _files(scene: "Scene", description: SceneDescription) -> dict[str, str]:
     return {description.path.name: own, **recorded_files(scene.files.items(), description.path.parent)}
 
 
-def _options(report: Report, number: int, scene: "Scene") -> dict[str, Any]:
+def _options(report: Report, number: int, epsilon: float) -> dict[str, Any]:
     """The options of a plan: the seed of the solution's run, what bodies kept, those on which no task depends."""
     seeds = [run["seed"] for run in report["runs"] for _ in run["solutions"]]
-    return Options(seed=seeds[number - 1], epsilon=scene.epsilon, clearance=report.get("clearance", 0.0)).written()
+    return Options(seed=seeds[number - 1], epsilon=epsilon, clearance=report.get("clearance", 0.0)).written()
 
 
 def _spans(numbers: Sequence[int]) -> str:

@@ -272,6 +272,20 @@ def test_a_clearance_is_kept_told_and_proven(scene: Scene, motion: Motion):
     assert not kabo.verify(scene, claimed).ok
 
 
+def test_the_plan_of_a_motion_is_proven_with_the_epsilon_that_the_motion_was(tmp_path: Path):
+    """It was proven with that of the scene: where that is too coarse, the plan had no certificate and was refused."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(WALL.replace("epsilon: 0.01", "epsilon: 0.05"))
+    scene = kabo.load_scene(path)
+    found = find_motion(scene, "arm", "home", "there", seed=1, epsilon=0.005, clearance=0.02)
+    plan = found.plan()
+    assert plan.options["epsilon"] == found.epsilon == 0.005  # noqa: PLR2004
+    assert plan.certificate is not None and plan.certificate.epsilon == 0.005  # noqa: PLR2004
+    report = kabo.verify(scene, plan)
+    assert report.ok, str(report)
+    assert find_motion(scene, "arm", "home", "home").epsilon == scene.epsilon
+
+
 def test_a_clearance_that_cannot_be_had_says_for_whom_and_how_much_there_is(scene: Scene):
     with pytest.raises(
         InputError, match=r"at the start arm\.\w+ and \S+ are [\d.]+ mm apart, but 290 mm are to be kept"
