@@ -26,20 +26,21 @@ _LONGEST = 60  # characters of a value in a message
 LARGEST_WHOLE = 2**63 - 1  # what kernels and readers of JSON count up to
 
 
-def require_given(name: str, given: object, *kinds: type[Any]) -> None:
+def require_given(name: str, given: object, *kinds: type[Any] | str) -> None:
     """Checks that an argument is of one of some kinds.
 
     Args:
         name: of the argument.
         given: what a caller gave.
-        kinds: the classes that it may be of, the one to suggest first.
+        kinds: the classes that it may be of, the one to suggest first; one by its name is not imported for that.
 
     Raises:
         ArgumentError: it is of none; says what it is, and which function makes what is wanted.
     """
-    if isinstance(given, kinds):
+    named = {each.__name__ for each in type(given).__mro__}
+    if any(each in named if isinstance(each, str) else isinstance(given, each) for each in kinds):
         return
-    first = kinds[0].__name__
+    first = kinds[0] if isinstance(kinds[0], str) else kinds[0].__name__
     is_there = shown(given) if given is None or isinstance(given, str) else f"of type {type(given).__name__}"
     hint = "; a result without a plan says why: result.reason" if first == "Plan" and given is None else ""
     made = f", as {_MADE_BY[first]} makes it" if first in _MADE_BY else ""
@@ -121,6 +122,16 @@ def require_flag(name: str, given: object) -> None:
         refuse(name, f"{name} must be True or False, not {shown(given)}")
 
 
+def require_flags(**given: object) -> None:
+    """Checks several arguments by `require_flag`.
+
+    Raises:
+        ArgumentError: one is neither True nor False.
+    """
+    for name, each in given.items():
+        require_flag(name, each)
+
+
 def require_function(name: str, given: object) -> None:
     """Checks that an argument can be called.
 
@@ -180,6 +191,18 @@ def require_path(name: str, given: object) -> Path:
             return Path(text)
         refuse(name, f"{name} must name a file, not {shown(given)}")
     refuse(name, f"{name} must be a path, not {shown(given)}")
+
+
+def require_folder(name: str, given: object) -> Path:
+    """The path of a folder, which need not exist yet.
+
+    Raises:
+        ArgumentError: it is no path, or holds a null character, which no name does.
+    """
+    path = require_path(name, given)
+    if "\0" in str(path):
+        refuse(name, f"{name} must name a folder, not {shown(given)}")
+    return path
 
 
 def require_output(name: str, given: object) -> Path:

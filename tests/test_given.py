@@ -187,3 +187,61 @@ def test_what_plans_are_carried_out_and_exported_with_is_checked(plan: kabo.Plan
     _refused("rate", lambda value: kabo.export(plan, "csv", rate=value), [NAN, "1", True, object()])
     _refused("node", lambda value: kabo.export(plan, "csv", node=value), [3, [], object()])
     _refused("sensor", lambda value: execution.execute(plan, None, None, value), [3, "x", None])
+
+
+def test_what_plans_are_verified_with_is_checked(problem: kabo.Problem, plan: kabo.Plan):
+    """A text such as `no` counted as True, and a scene that was none ended in an AttributeError where there is motion."""
+    for name in ("knowledge_only", "paranoid", "meshes"):
+        _refused(
+            name, lambda value, name=name: kabo.verify(problem, plan, **{name: value}), ["no", 0, 1, None, [], NAN]
+        )
+    _refused(
+        "scene", lambda value: kabo.verify(problem, plan, scene=value), ["", "x", 3, 0, [], Path("scene.yaml")]
+    )
+    _refused("changes", lambda value: kabo.verify(problem, plan, changes=value), ["x", 3, {}, None])
+
+
+MESH = SCENE.parents[2] / "meshes" / "crate" / "crate.stl"
+CORNERS, SIDES = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+BOUNDS: list[Callable[..., Any]] = [kabo.bounding_mesh, kabo.bounding_decomposition]
+
+
+def test_what_meshes_are_loaded_and_stored_with_is_checked():
+    _refused("place", lambda value: kabo.load_mesh(MESH, place=value), [3, "", "x", [], NAN])
+    _refused("repair", lambda value: kabo.load_mesh(MESH, repair=value), ["no", 0, None, [], NAN])
+    mesh = kabo.load_mesh(MESH)
+    paths = [3, "", "a\0b", b"x", [], object()]
+    _refused("cache", lambda value: kabo.bounding_decomposition(mesh, 0.05, cache=value), paths)
+
+
+@pytest.mark.parametrize("bound", BOUNDS)
+def test_meshes_that_a_caller_makes_are_arrays_of_numbers(bound: Callable[..., Any]):
+    """Lists do, too; everything else is told in a sentence, not by what numpy cannot convert."""
+    no_rows: list[Any] = [
+        None,
+        3,
+        "x",
+        [[0, 1]],
+        [[0, 1], [0, 1, 2]],
+        [0, 1, 2],
+        [["a", "b", "c"]],
+        [[HUGE, 0, 0]],
+    ]
+    _refused("mesh", lambda value: bound(kabo.Mesh(value, SIDES), 0.01), no_rows)  # type: ignore[arg-type]
+    _refused(
+        "mesh", lambda value: bound(kabo.Mesh(CORNERS, value), 0.01), [*no_rows, [[NAN, 0, 1]], [[0.5, 1, 2]]]
+    )  # type: ignore[arg-type]
+    _refused("mesh", lambda value: bound(value, 0.01), [None, 3, "x", object()])
+    for faces in (SIDES, np.array(SIDES), np.array(SIDES, np.float64), np.array(SIDES, np.int32)):
+        found = bound(kabo.Mesh(CORNERS, faces), 0.01)  # type: ignore[arg-type]
+        assert len(getattr(found, "faces", SIDES)) == len(SIDES)
+
+
+def test_physics_is_set_to_numbers_that_it_can_count_with():
+    """A step of a million seconds was taken, and so was a density of which nothing can be added up."""
+    for name in (each.name for each in fields(simulation.PhysicsSettings) if each.name != "welds"):
+        _refused(
+            name, lambda value, name=name: simulation.PhysicsSettings(**{name: value}), [0.0, 1e-300, 1e30, HUGE]
+        )
+    _refused("timestep", lambda value: simulation.PhysicsSettings(timestep=value), [1e-9, 1.0])
+    assert simulation.PhysicsSettings(0.01, 1e-3, 20.0, 8000.0, 1e-4, 1000.0, 1e-4).timestep == 0.01

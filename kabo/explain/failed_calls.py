@@ -18,7 +18,7 @@ from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Pair,
 from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.clearance_alone import clearance_measure
-from kabo.planner.geometry.epsilon_alone import epsilon_measure
+from kabo.planner.geometry.epsilon_alone import epsilon_measure, provable
 from kabo.planner.proofs.needed_calls import needed_calls
 from kabo.scene import Scene
 from kabo.tasks.procedures import GeometricProcedures
@@ -148,7 +148,7 @@ class _Examiner:
         self.asked, self.scene, self.stop, self.seen = asked, given.scene, stop, _Seen()
         self.procedures = GeometricProcedures(own, asked.folder)
         self.context = own.context()
-        exact = GeometryServer(given.scene, epsilon, seed, True, stop, clearance=kept)
+        exact = GeometryServer(given.scene, epsilon, seed, True, stop, clearance=provable(given))
         self.exact = None if given.surroundings.exact else exact.context()
 
     def finding(self, call: GroundCall, record: Record) -> Finding:

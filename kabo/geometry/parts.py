@@ -134,18 +134,23 @@ class Enclosure:
         Raises:
             ValueError: a part is empty, not (V, 3) float64, has more than 64 corners or a value that is not finite.
         """
+        found, rounded = self.unmeasured, map(self.rounding_of, range(len(self.parts)))
+        return found._replace(diameters=np.fromiter(map(_diameter, self.parts, rounded), np.float64))
+
+    @cached_property
+    def unmeasured(self) -> Packed:
+        """As `packed`, and raises as it, but without diameters, which proofs do not need: to find them takes longest."""
         for part in self.parts:
             require_vertices(part)
         count, widest = len(self.parts), _columns_for(max((len(part) for part in self.parts), default=0))
         blocks, rounds = np.empty((count, 3, widest)), np.zeros((count, 5))
-        sizes, diameters = np.empty(count, np.int64), np.empty(count)
+        sizes = np.empty(count, np.int64)
         for index, part in enumerate(self.parts):
             blocks[index, :, : len(part)], blocks[index, :, len(part) :] = part.T, part[0][:, None]
             sizes[index] = _columns_for(len(part))
             rounding = self.rounding_of(index)
-            diameters[index] = _diameter(part, rounding)
             rounds[index] = rounding.radius, rounding.disc, *rounding.axis
-        return Packed(blocks, sizes, diameters, rounds)
+        return Packed(blocks, sizes, np.full(count, np.nan), rounds)
 
 
 BALL_POINTS, DISC_POINTS = 256, 64  # of the polytope around a ball, and of the polygon around a disc

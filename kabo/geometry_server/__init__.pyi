@@ -37,6 +37,7 @@ from kabo.geometry_server.foresight.findings import start_findings as start_find
 from kabo.geometry_server.foresight.joints import limiting_joint as limiting_joint
 from kabo.geometry_server.foresight.measures import Measure as Measure
 from kabo.geometry_server.foresight.measures import degrees as degrees
+from kabo.geometry_server.foresight.measures import excess as excess
 from kabo.geometry_server.foresight.measures import millimetres as millimetres
 from kabo.geometry_server.foresight.openings import opening_of as opening_of
 from kabo.geometry_server.foresight.openings import too_wide as too_wide

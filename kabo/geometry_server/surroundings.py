@@ -114,8 +114,11 @@ class SceneSurroundings:
         return 0.5 * self.clearance + uncertain.get(owner, 0.0) + uncertain.get(carrier or "", 0.0)
 
     def asked(self, name: str, carrier: str | None = None) -> float:
-        """As `kept`, but what checks ask for beyond their budget, which keeps a part of the clearance anyway [m]."""
-        spared = min(self.clearance, SPARED_SHARE * self.budget.clearance)
+        """As `kept`, but what checks ask for beyond their budget, which keeps a part of the clearance anyway [m].
+
+        Checks of the original meshes have no budget, so they ask for all.
+        """
+        spared = 0.0 if self.exact else min(self.clearance, SPARED_SHARE * self.budget.clearance)
         return self.kept(name, carrier) - 0.5 * spared
 
     @property

@@ -6,7 +6,7 @@ one sentence; a file that was written is read back and compared bit by bit.
 
 from kabo.meshes.hulls import hull_faces, hull_of
 from kabo.meshes.mesh import Mesh
-from kabo.meshes.mesh_errors import refuse, require_numbers, unusable
+from kabo.meshes.mesh_errors import mesh_of, refuse, require_numbers, unusable
 from kabo.meshes.pieces import hollow_pieces
 from kabo.meshes.reading import FORMATS, load_mesh
 from kabo.meshes.repair import outwards, repaired
@@ -27,6 +27,7 @@ __all__ = [
     "hull_faces",
     "hull_of",
     "load_mesh",
+    "mesh_of",
     "outwards",
     "refuse",
     "repaired",

@@ -1,9 +1,13 @@
 """Errors about unusable meshes, and the minimal requirement on every mesh: triangles on finite vertices."""
 
+from typing import Any
+
 import numpy as np
 
 from kabo.displays import counted
 from kabo.errors import Diagnostic, MeshError
+from kabo.given import refuse as refuse_argument
+from kabo.given import require_methods, shown
 from kabo.language.formulas import Place
 from kabo.meshes.mesh import Mesh
 
@@ -22,6 +26,36 @@ def unusable(mesh: Mesh, place: Place | None, said: str, hint: str | None = None
     """The error whose message is a mesh's name and the statement `said`: `mesh file "cup.stl" is a single triangle`."""
     named = f'mesh file "{mesh.path.name}"' if mesh.path is not None else "the mesh"
     return refuse(place or Place(str(mesh.path or "mesh"), 1, 1), f"{named} {said}", hint)
+
+
+def mesh_of(given: Any) -> Mesh:
+    """The mesh of whatever has `vertices` (V, 3) [m] and `faces` (F, 3), as arrays or lists.
+
+    Raises:
+        ArgumentError: it has none, or they are no arrays of numbers of this shape.
+    """
+    require_methods("mesh", given, "vertices", "faces")
+    return Mesh(
+        _rows("vertices", given.vertices, np.float64),
+        _rows("faces", given.faces, np.int64),
+        getattr(given, "path", None),
+    )
+
+
+def _rows(name: str, given: object, kind: type[np.float64] | type[np.int64]) -> Any:
+    """The array (N, 3) that is given, of any shape if it is empty; floats that are whole numbers count as such."""
+    try:
+        found = np.asarray(given)
+        fits = not found.size or (found.ndim == 2 and found.shape[1] == 3 and found.dtype.kind in "iuf")
+    except ValueError:  # rows of different lengths
+        fits = False
+    if fits:
+        with np.errstate(invalid="ignore"):  # what is not finite is no whole number
+            rows = found.astype(kind, copy=False)
+        if kind is np.float64 or (rows == found).all():
+            return rows if rows.size else rows.reshape(0, 3)
+    what = "numbers" if kind is np.float64 else "whole numbers"
+    refuse_argument("mesh", f"mesh.{name} must be an array of {what} with three columns, not {shown(given)}")
 
 
 def require_numbers(mesh: Mesh, place: Place | None = None) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from kabo.content_cache import ContentCache
 from kabo.displays import counted
 from kabo.errors import did_you_mean
-from kabo.given import as_float, require_path, shown
+from kabo.given import as_float, require_flag, require_given, require_path, shown
 from kabo.language.formulas import Place
 from kabo.meshes.headers import MESH_FORMATS, misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
@@ -66,6 +66,8 @@ def load_mesh(
         MeshError: the file cannot be read, or holds no triangles, or numbers that are not finite.
     """
     path = require_path("path", path)
+    require_given("place", place, Place, type(None))
+    require_flag("repair", repair)
     place = place or Place(str(path), 1, 1)
     given = (scale,) * 3 if isinstance(scale, Real) else tuple(scale) if isinstance(scale, Iterable) else ()
     factors = tuple(as_float(each) for each in given if isinstance(each, Real) and not isinstance(each, bool))

@@ -1,8 +1,20 @@
 """What a model of physics needs beyond a scene, with defaults for what nobody has written down."""
 
 from dataclasses import dataclass, fields
+from typing import Final
 
 from kabo.given import require_flag, require_number
+
+# The least and the greatest value of each number, far beyond what hands and things are like: physics counts with all.
+_SPANS: Final = {
+    "timestep": (1e-6, 0.1, "s"),
+    "friction": (1e-6, 1e3, ""),
+    "body_density": (1e-3, 1e6, "kg/m³"),
+    "link_density": (1e-3, 1e6, "kg/m³"),
+    "rotor_inertia": (1e-12, 1e4, ""),
+    "grip_force": (1e-6, 1e6, "N"),
+    "contact_precision": (1e-6, 1.0, "m"),
+}
 
 
 @dataclass(frozen=True)
@@ -35,14 +47,15 @@ class PhysicsSettings:
         """Checks the numbers.
 
         Raises:
-            ArgumentError: one is not a positive finite number.
+            ArgumentError: one is no number within its span.
         """
         for each in fields(self):
             value = getattr(self, each.name)
             if each.name == "welds":
                 require_flag(each.name, value)
             elif value is not None or each.default is not None:
-                require_number(each.name, value, above=0.0)
+                least, most, unit = _SPANS[each.name]
+                require_number(each.name, value, least, most, unit=unit)
 
 
 USUAL = PhysicsSettings()

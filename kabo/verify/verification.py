@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from kabo.given import refuse, require_all, require_given, require_procedures
+from kabo.given import refuse, require_all, require_flags, require_given, require_procedures
 from kabo.language import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.plan import Plan, State, plan_statistics
@@ -59,6 +59,8 @@ def verify_plan(
         <Report verified: 2 outcomes>
     """
     require_all(plan=(plan, Plan), start=(start, State, type(None)), changes=(changes, list, tuple))
+    require_all(scene=(scene, "Scene", type(None)))
+    require_flags(knowledge_only=knowledge_only, paranoid=paranoid, meshes=meshes)
     problem = _problem(problem, plan)
     if procedures := require_procedures(procedures):
         seed = plan.options.get("seed")
@@ -68,7 +70,6 @@ def verify_plan(
     if not order:
         return Report(tuple(findings), knowledge_only=knowledge_only)
     branches = sum(1 for name in order if plan.nodes[name].branches)
-    leaves = plan_statistics(plan).plan_leaves
     known = check_knowledge(problem, plan, order)
     findings += known.findings
     geometry = problem.scene is not None and not knowledge_only
@@ -83,7 +84,7 @@ def verify_plan(
     elif problem.scene is None and (plan.start is not None or any(n.motion for n in plan.nodes.values())):
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))
     findings = [*check_files(plan, problem.name, problem.path.parent, files), *findings]
-    counts = branches, leaves, known.states, known.worlds, known.why_replay
+    counts = branches, plan_statistics(plan).plan_leaves, known.states, known.worlds, known.why_replay
     return Report(tuple(findings), tuple(notes), knowledge_only, *counts, **figures)
 
 
@@ -103,6 +104,4 @@ verify = verify_plan  # the name in `kabo`
 
 
 def _left_out(plan: Plan) -> str:
-    if plan.start is None:
-        return WITHOUT_GEOMETRY
-    return "only the knowledge was verified, no motion"
+    return WITHOUT_GEOMETRY if plan.start is None else "only the knowledge was verified, no motion"

@@ -258,9 +258,7 @@ def test_a_foreign_robot_is_ready(tmp_path: Path, urdf: str) -> None:
     assert not GeometryServer(scene).collides("robot", list(scene.start.robots["robot"]))
 
 
-@pytest.mark.skipif(
-    installed_folder("example-robot-data") is None, reason="example-robot-data is not installed"
-)
+@pytest.mark.skipif(installed_folder("example-robot-data") is None, reason="example-robot-data is not installed")
 def test_a_robot_of_an_installed_package_is_named_by_its_package() -> None:
     named = "package://example-robot-data/robots/ur_description/urdf/ur5_joint_limited_robot.urdf"
     assert named in robot_scene(named, name="arm")

@@ -140,10 +140,10 @@ class ShiftingWhereAWayEnds(Shifting):
         return replace(found, positions={"gantry": (q[0] + 0.05, *q[1:])})
 
     def wait(self, seconds: float) -> None:
-        follower, held = self._follower, self.world.objects["cube"].parent != "world"
-        if self.on_way and held and follower.moving and follower.motion is not None:
-            if follower.motion.end - follower.time < 0.012:
-                self.when, self.on_way = self.time, False
+        motion, held = self._follower.motion, self.world.objects["cube"].parent != "world"
+        rest = motion.end - self._follower.time if motion is not None and self._follower.moving else np.inf
+        if self.on_way and held and rest < 0.012:  # [s]: a little more than between two looks
+            self.when, self.on_way = self.time, False
         super().wait(seconds)
 
 

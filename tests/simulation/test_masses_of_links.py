@@ -43,7 +43,9 @@ def scene_of(urdf: str, folder: Path) -> Scene:
 
 
 @pytest.mark.skipif(FOREIGN is None, reason="example-robot-data is not installed")
-@pytest.mark.parametrize("urdf", ["ur_description/urdf/ur5_joint_limited_robot.urdf", "talos_data/robots/talos_left_arm.urdf"])
+@pytest.mark.parametrize(
+    "urdf", ["ur_description/urdf/ur5_joint_limited_robot.urdf", "talos_data/robots/talos_left_arm.urdf"]
+)
 def test_forces_are_those_that_pinocchio_finds_in_the_same_file(urdf: str, tmp_path: Path) -> None:
     assert FOREIGN is not None
     physics = Physics(scene_of(f"package://example-robot-data/robots/{urdf}", tmp_path))

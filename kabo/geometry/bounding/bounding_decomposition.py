@@ -21,8 +21,8 @@ from kabo.geometry.bounding.decomposition import Request
 from kabo.geometry.bounding.enclosing_union import Aims
 from kabo.geometry.bounding.enclosure import aims_for, kept_cover, name_of
 from kabo.geometry.bounding.shapes import shape_of
-from kabo.given import require_choice, require_methods, require_number, require_path
-from kabo.meshes import Mesh
+from kabo.given import require_choice, require_folder, require_number
+from kabo.meshes import mesh_of
 from kabo.options import require_seed
 from kabo.phases import phase
 
@@ -104,7 +104,7 @@ def bounding_decomposition(
         MeshError: the mesh is empty, not finite, open or too fine for epsilon, or has indices out of range.
     """
     began = perf_counter()
-    require_methods("mesh", mesh, "vertices", "faces")
+    own = mesh_of(mesh)
     require_number("epsilon", epsilon, above=0.0, most=MOST_EPSILON, unit="m")
     if parts is not None:
         require_number("parts", parts, 1, whole=True)
@@ -112,8 +112,7 @@ def bounding_decomposition(
         require_number("vertices_per_part", vertices_per_part, 4, whole=True)
     require_choice("engine", engine, ("kabo", "coacd"))
     require_seed(seed)
-    folder = cache_folder() / "parts" if cache is None else require_path("cache", cache)
-    own = Mesh(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces), getattr(mesh, "path", None))
+    folder = cache_folder() / "parts" if cache is None else require_folder("cache", cache)
     shape, name = shape_of(own), name_of(own)
     aims = Aims(aims_for(shape, epsilon, name).tolerance, corners=vertices_per_part)
     request = Request(aims, parts, MAX_CELLS, engine, seed if engine == "coacd" else 0)

@@ -26,8 +26,8 @@ from kabo.geometry.bounding.kernels.star import MIN_COORDINATE, prepare
 from kabo.geometry.triangles.component_groups import groups_without_crossings
 from kabo.geometry.triangles.kernels.octree import octree_of
 from kabo.geometry.triangles.triangle_trees import tree_of
-from kabo.given import refuse, require_choice, require_flag, require_methods, require_number
-from kabo.meshes import Mesh, require_solid
+from kabo.given import refuse, require_choice, require_flag, require_number
+from kabo.meshes import Mesh, mesh_of, require_solid
 from kabo.phases import phase
 
 _LOG = logging.getLogger("kabo.geometry")
@@ -143,8 +143,9 @@ def bounding_mesh(
         ArgumentError: epsilon is not positive, too small for the coordinates' rounding, or an option is unknown.
     """
     begin = time.perf_counter()
-    _require_options(mesh, epsilon, side, vertices, cost, certify, borders)
-    points, faces = np.array(mesh.vertices, np.float64, order="C"), np.ascontiguousarray(mesh.faces, np.int64)
+    given = mesh_of(mesh)
+    _require_options(epsilon, side, vertices, cost, certify, borders)
+    points, faces = np.array(given.vertices, order="C"), np.ascontiguousarray(given.faces)
     points[np.abs(points) < MIN_COORDINATE] = 0.0
     require_solid(Mesh(points, faces, getattr(mesh, "path", None)), borders=borders)
     rounding = RELATIVE_ROUNDING * float(np.abs(points).max())
@@ -180,9 +181,8 @@ def bounding_mesh(
 
 
 def _require_options(
-    mesh: object, epsilon: object, side: object, vertices: object, cost: object, certify: object, borders: object
+    epsilon: object, side: object, vertices: object, cost: object, certify: object, borders: object
 ) -> None:
-    require_methods("mesh", mesh, "vertices", "faces")
     require_number("epsilon", epsilon, above=0.0, most=MOST_EPSILON, unit="m")
     require_choice("side", side, get_args(Side))
     if vertices is not None:

@@ -2,13 +2,12 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.kernels.bundles import Carried, CarriedDraft, Net, Queue, Star, Work
 from kabo.geometry.triangles.kernels.octree import STACK_SIZE
 from kabo.geometry.triangles.kernels.orientation import SCRATCH_SIZE
+from kabo.meshes.topology import labels
 
 MAX_STAR_FACES = 20_000  # larger stars are not contracted
 
@@ -20,8 +19,7 @@ def _zeros(*shape: int) -> Integers:
 def net_of(vertices: Array, faces: Integers, locked: NDArray[np.bool_], hints: Integers, quadrics: int) -> Net:
     """The `Net` arrays of a mesh, with space for `quadrics` quadrics."""
     v, f = len(vertices), len(faces)
-    edges = coo_array((np.ones(2 * f), (faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel())), shape=(v, v))
-    many, components = connected_components(edges, directed=False)
+    components = labels(v, faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel())
     return Net(
         vertices=np.vstack([vertices, np.zeros((1, 3))]),
         faces=faces.copy(),
@@ -39,7 +37,7 @@ def net_of(vertices: Array, faces: Integers, locked: NDArray[np.bool_], hints: I
         hints=hints,
         waits=np.full(v, MAX_STAR_FACES, np.int64),
         components=components.astype(np.int64),
-        volumes=np.zeros((many, 2)),
+        volumes=np.zeros((int(components.max(initial=-1)) + 1, 2)),
         clock=_zeros(3),
     )
 

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import fcl
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from kabo.arrays import Array, Integers
 from kabo.content_cache import ContentCache
 from kabo.geometry.parts import FixedGroup, Mesh, MovingGroup
 from kabo.geometry.triangles.solids import Solid
+from kabo.meshes.topology import labels
 from kabo.scene import Element
 
 TRIANGLE_BYTES = 1000  # of memory for a triangle: two nodes of fcl's tree, the solid's tree, arrays
@@ -197,8 +196,7 @@ def _model(vertices: Array, faces: Integers) -> fcl.BVHModel:
 def _corners(vertices: Array, faces: Integers) -> Array:
     """A vertex of each component."""
     edges = faces[:, [0, 1, 1, 2]].reshape(-1, 2)
-    graph = coo_matrix((np.ones(len(edges)), edges.T), shape=(len(vertices), len(vertices)))
-    component = connected_components(graph, directed=False)[1][faces[:, 0]]
+    component = labels(len(vertices), *edges.T)[faces[:, 0]]
     return np.asarray(vertices[faces[np.unique(component, return_index=True)[1], 0]])
 
 

@@ -125,7 +125,7 @@ def ordered(enclosure: Enclosure) -> Parts:
 
 def arranged(enclosure: Enclosure, order: list[int]) -> Parts:
     """The parts of an enclosure without a tree, in an order of their numbers."""
-    packed = enclosure.packed
+    packed = enclosure.unmeasured
     vertices = tuple(enclosure.parts[i] for i in order)
     own = Packed(packed.blocks[order], packed.sizes[order], packed.diameters[order], packed.rounds[order])
     boxes = np.array([[*part.min(axis=0), *part.max(axis=0)] for part in vertices])

@@ -53,6 +53,12 @@ def millimetres(metres: float) -> str:
     return f"{round(1000.0 * metres, 1) + 0.0:g} mm"
 
 
+def excess(metres: float) -> str:
+    """A length by which something is missed, as users read it: one that is told as zero is `less than 0.1 mm`."""
+    told = millimetres(metres)
+    return "less than 0.1 mm" if told == millimetres(0.0) else told
+
+
 def degrees(radians: float) -> str:
     """An angle as users read it: to a tenth of a degree, without trailing zeros."""
     return f"{round(radians * 57.29577951308232, 1) + 0.0:g} deg"

@@ -11,7 +11,7 @@ from typing import Any
 from kabo.errors import CutOff
 from kabo.geometry_server import BLOCKED_REASONS, GeometryServer, Measure, Refusal, millimetres
 from kabo.language.formulas import GroundCall
-from kabo.options import SMALLEST_EPSILON
+from kabo.options import LARGEST_CLEARANCE, SMALLEST_EPSILON
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.tasks.records import FORESEEN, Where
 from kabo.tasks.refusals import refusal_of
@@ -60,6 +60,14 @@ def epsilon_measure(
     return Repeated(asked, stop).measure(call, where)
 
 
+def provable(given: GeometryServer) -> float:
+    """The clearance that exact geometry must find for some epsilon to prove the one that is kept [m].
+
+    What touches, and is apart by rounding alone, is not refused because of epsilon.
+    """
+    return min(given.clearance + SMALLEST_EPSILON, LARGEST_CLEARANCE)
+
+
 def _where(call: GroundCall, asked: GeometricProcedures) -> Where | None:
     """Where a call was refused with the greatest effort; None if that was known without asking."""
     record = asked.records.of.get(call)
@@ -97,7 +105,7 @@ class Repeated:
 
     def _relaxed(self, given: GeometryServer) -> GeometryServer:
         """The server that is asked whether attempts would pass without what may be in the way."""
-        return GeometryServer(given.scene, self.epsilon, given.seed, True, self.stop, clearance=given.clearance)
+        return GeometryServer(given.scene, self.epsilon, given.seed, True, self.stop, clearance=provable(given))
 
     def measure(self, call: GroundCall, where: Where) -> Measure | None:
         """The measure of what it alone refuses; None if most attempts fail without it, too."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, event, given, settings
+from hypothesis import HealthCheck, event, example, given, settings
 from hypothesis import strategies as st
 
 from kabo.geometry_server import Refusal, ScenePredicates, Situation
@@ -318,6 +318,7 @@ def test_place_poses_offer_nothing_beyond_the_edge_of_their_support() -> None:
     further=st.floats(0.0, 0.2),
     mm=st.booleans(),
 )
+@example(edge=0.036, low=0.0, more=0.036, further=0.125, mm=True)  # 36 times 1 mm is more than 36 mm
 def test_the_farthest_is_the_longest_that_is_free_and_grows_with_the_greatest(
     edge: float, low: float, more: float, further: float, mm: bool
 ) -> None:

@@ -67,7 +67,10 @@ def finer_epsilon(room: float, epsilon: float) -> float:
 
 
 def least_distance(refusal: Refusal, surroundings: SceneSurroundings) -> float | None:
-    """The least distance of the pair that came too close, on its original meshes [m]; None of searches for a way."""
+    """The least distance of the pair that came too close, on its original meshes [m].
+
+    None of searches for a way, and of a hand at a target that no known configuration reaches.
+    """
     asked = refusal.question
     if not isinstance(asked, MotionQuestion) or asked.is_search or not refusal.pairs:
         return None
@@ -76,14 +79,15 @@ def least_distance(refusal: Refusal, surroundings: SceneSurroundings) -> float |
     for situation in _along(asked):
         things = ScenePredicates(surroundings, situation.first)
         apart = min(apart, float(geometry.exact_distance(things.thing(first), things.thing(second))))
-    return apart
+    return None if apart == inf else apart
 
 
 def _along(asked: MotionQuestion) -> Iterator[Situation]:
     """Where the robot is asked about: along its way points, or once where the hand alone is at a target."""
     path = [np.array(q) for q in asked.waypoints]
-    if not path:
-        yield asked.sample()
+    hand = asked.refused_at() if not path else None
+    if hand is not None:
+        yield asked.scene.at(asked.robot, hand).situation
     for a, b in pairwise(path):
         for share in np.linspace(0.0, 1.0, STEPS, endpoint=False):
             yield asked.scene.at(asked.robot, a + share * (b - a)).situation

@@ -80,10 +80,11 @@ class MotionQuestion:
         Where no path was found, this is the path's end. Where the hand alone was asked about, it is the first
         configuration that reaches the target; as it stands if there is none.
         """
-        q = self._refused_at()
+        q = self.refused_at()
         return self.scene.situation if q is None else self.scene.at(self.robot, q).situation
 
-    def _refused_at(self) -> Iterable[float] | None:
+    def refused_at(self) -> Iterable[float] | None:
+        """The configuration of `sample`; None if none is known that puts the hand at the target."""
         if not self.waypoints:
             few = () if self.target is None else islice(self.target.batches(), MAX_BATCHES_SHOWN)
             return next((candidate.q for batch in few for candidate in batch), None)

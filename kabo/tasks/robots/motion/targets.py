@@ -25,6 +25,7 @@ from kabo.geometry_server import (
     SceneSurroundings,
     Stream,
     beyond_reach,
+    excess,
     grasps_there,
     least_distance,
     lies_inside,
@@ -171,7 +172,7 @@ class PlacementTarget:
 
     def _outside(self, surroundings: SceneSurroundings, pose: Array, region: Region) -> Measure:
         out = max(0.0, outside(surroundings, self.object, pose, region))
-        said = f"{self.object} reaches {millimetres(out)} out of {self.region}"
+        said = f"{self.object} reaches {excess(out)} out of {self.region}"
         return Measure(f"inside({self.object}, {self.region})", said, 0.0, out)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from kabo.geometry_server import Measure, Refusal, Situation, lies_inside, millimetres, outside
+from kabo.geometry_server import Measure, Refusal, Situation, excess, lies_inside, outside
 from kabo.scene import Scene
 from kabo.tasks.core import Propagator, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
@@ -142,7 +142,7 @@ def _inside(scene: TaskScene, properties: Values) -> Any:
     out = max(
         0.0, outside(scene.context.surroundings, name, scene.pose(name), scene.context.scene.regions[region])
     )
-    said = f"{name} does not stand in {region}: it reaches {millimetres(out)} out of it"
+    said = f"{name} does not stand in {region}: it reaches {excess(out)} out of it"
     measure = Measure(f"inside({name}, {region})", said, 0.0, out)
     return Refusal("constraint", said, reads=reads, proof=True, measures=(measure,))
 

@@ -36,6 +36,7 @@ from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 Way = list[Array] | Refusal
 RESOLUTION = 1e-3  # m, rad: steps of the length of a stroke of which only a part is proven
 ROUNDING = 1e-9  # share of a step: differences of lengths below it are rounding
+DECIMALS = 12  # of lengths: 36 steps of a millimetre are 36 mm
 MAX_TURN_STEP = 0.1  # rad: a twist is approximated by arcs no longer than this
 
 NO_OBJECT = Property(
@@ -139,7 +140,7 @@ def farthest(attempt: Callable[[float], Way], low: float, high: float) -> Way:
     proven, refused = 0, math.ceil((high - low) / RESOLUTION - ROUNDING)
     while refused - proven > 1:
         middle = (proven + refused) // 2
-        found = attempt(low + middle * RESOLUTION)
+        found = attempt(round(low + middle * RESOLUTION, DECIMALS))
         if isinstance(found, Refusal):
             refused = middle
         else:

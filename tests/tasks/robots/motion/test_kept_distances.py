@@ -1,8 +1,17 @@
 """What is said where bodies would come nearer to each other than they are to be kept."""
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
-from kabo.tasks.robots.motion.kept_distances import told_distance
+from kabo.geometry_server import GeometryServer, Refusal
+from kabo.scene import load_scene
+from kabo.tasks.robots import TaskScene
+from kabo.tasks.robots.motion.kept_distances import least_distance, told_distance
+from kabo.tasks.robots.motion.questions import MotionQuestion, along
+from kabo.tasks.robots.motion.targets import frame_for, pose_target
+from tests.support.small_robots import write_arm
 
 PAIR = ("o1", "o2")
 
@@ -27,3 +36,20 @@ def test_no_epsilon_is_proposed_that_no_command_takes():
 @pytest.mark.parametrize(("apart", "finer"), [(0.0494, "0.0094"), (0.3, "0.01"), (0.0403, "0.0003")])
 def test_the_epsilon_that_is_proposed_fits_into_what_is_left(apart: float, finer: str):
     assert told_distance(PAIR, apart, 0.04, 0.02).endswith(f" (try --epsilon {finer})")
+
+
+def test_the_distance_of_a_hand_is_not_that_of_where_the_robot_stands(tmp_path: Path):
+    """A hand at a pose that no arm was found for was told to be as far away as it stood, `too near` at 351 mm."""
+    write_arm(tmp_path)
+    cup = "objects:\n  cup: {box: [0.1, 0.1, 0.1], pose: {position: [3, 0, 0.5]}}\n"
+    (tmp_path / "scene.yaml").write_text("scene: s\nepsilon: 0.01\nrobots:\n  arm: {urdf: small.urdf}\n" + cup)
+    made = load_scene(tmp_path / "scene.yaml")
+    scene = TaskScene.of(GeometryServer(made).context(), made.start)
+    surroundings, pose = scene.context.surroundings, np.eye(4)
+    pose[:3, 3] = 2.9, 0.0, 0.5  # out of reach, beside the cup
+    target = pose_target(scene, "arm", frame_for(scene, "arm", "arm.left"), pose)
+    asked = MotionQuestion(scene, "arm", target=target)
+    assert least_distance(Refusal.collision(("arm.left", "cup"), question=asked), surroundings) is None
+    standing = along(scene, "arm", scene.situation.configuration("arm"))
+    there = least_distance(Refusal.collision(("arm.left", "cup"), question=standing), surroundings)
+    assert there is not None and there > 2.0

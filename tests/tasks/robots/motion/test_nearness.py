@@ -1,5 +1,6 @@
 """How near two links of one robot come, as refusals say it: against distances that are known by construction."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -54,6 +55,21 @@ def test_links_that_are_nearer_than_epsilon_are_told_with_the_distance(scene: Ta
     found = own_nearness(open_scene, "arm", FINGERS, [(0.0, 0.0, 0.0, 0.004)])
     assert found is not None
     assert found.said == "arm.left and arm.right are at most 3 mm apart, with epsilon = 10 mm"
+
+
+@pytest.mark.usefixtures("scene")
+def test_links_that_are_to_keep_a_distance_are_told_with_it(tmp_path: Path) -> None:
+    """An uncertain robot keeps twice as much from itself; no word of it was said, only the epsilon."""
+    path = tmp_path / "scene.yaml"
+    hand = "gripper: {joints: [finger], open: {finger: 0.04}, closed: {finger: 0}, touch_links: [left, right]}"
+    path.write_text(path.read_text().replace("{urdf: small.urdf}", f"{{urdf: small.urdf, {hand}}}"))
+    made = replace(load_scene(load_scene_description(path)), uncertain={"arm": 0.02})
+    uncertain = TaskScene.of(GeometryServer(made).context(), made.start)
+    found = own_nearness(uncertain, "arm", ("arm.base", "arm.lower"), [(0.0, 0.0, 0.0, 0.004)])
+    assert found is not None
+    assert " apart, where 40 mm are to be kept, with epsilon = 10 mm" in found.said, found.said
+    fingers = own_nearness(uncertain, "arm", FINGERS, [(0.0, 0.0, 0.0, 0.004)])
+    assert fingers is not None and "kept" not in fingers.said  # only the gripper moves them
 
 
 def test_it_is_said_where_the_robot_stands_so_already(scene: TaskScene) -> None:
