@@ -35,6 +35,7 @@ from kabo.simulation.turning_fingers import (
 STIFFNESS = 100.0  # [1/s]: natural frequency of the correction
 GRIP_DAMPING = 20.0  # [N s/m], of a hand that presses
 IDENTITY = np.eye(4)
+WAKING = 1e-9  # [m/s]: MuJoCo wakes what sleeps when its velocity is written, and not when something lets go of it
 TOUCHING = 0.0  # [m]: contacts with a greater gap carry no force
 
 
@@ -255,9 +256,10 @@ class Physics:
         self.model.eq_data[number, :10] = [0.0, 0.0, 0.0, *place, *turn]
         data.eq_active[number] = 1
 
-    def unweld(self, robot: str, body: str) -> None:
-        """Lets go of a body that was fixed to a hand."""
-        self.data.eq_active[self.model.equality(f"{robot}:{body}").id] = 0
+    def unweld(self, holder: str, body: str) -> None:
+        """Lets go of a body that was fixed to a hand, or to a part."""
+        self.data.eq_active[self.model.equality(f"{holder}:{body}").id] = 0
+        self.data.qvel[self.model.joint(body).dofadr[0]] += WAKING
 
     def step(self) -> None:
         """Advances by one time step."""
