@@ -10,6 +10,7 @@ import kabo
 from kabo.language.recorded_paths import installed_folder
 from kabo.scene import Scene
 from kabo.simulation import Physics
+from kabo.simulation.bearable import BORNE, GUESSED, PointMasses, bearable_share
 from kabo.streams import stream_key, uniforms
 
 mujoco = pytest.importorskip("mujoco")
@@ -88,3 +89,15 @@ def test_an_inertia_that_cannot_be_is_guessed_from_the_shape(
     mass = float(physics.model.body("arm:turn").mass[0])
     density = physics.settings.link_density
     assert mass == pytest.approx(guessed * density if weight is None else weight)
+
+
+@pytest.mark.parametrize("heavy", [0.0, 1.0, 5.0, 500.0])
+def test_guessed_links_keep_a_weight_where_given_ones_are_too_heavy_for_a_motor(heavy: float) -> None:
+    """A hand that its URDF makes too heavy for a wrist is no reason to take the upper arm for a feather."""
+    robot = kabo.load_scene(Path(__file__).parents[2] / "domains/bartender/four_bottles.yaml").robots["left"]
+    joints = robot.model.njoints
+    masses, guessed = np.ones(joints), np.ones(joints, bool)
+    masses[-1], guessed[-1] = heavy, False
+    share = bearable_share(robot, PointMasses(masses, np.zeros((joints, 3)), guessed))
+    alone = bearable_share(robot, PointMasses(np.where(guessed, masses, 0.0), np.zeros((joints, 3)), guessed))
+    assert GUESSED / BORNE * alone * (1.0 - 1e-12) <= share <= alone
