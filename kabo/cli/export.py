@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from kabo.cli import exit_codes, rooms
-from kabo.cli.argument_types import bounded, output_file
+from kabo.cli.argument_types import bounded, output_file, whole
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import answer, clean_standard_output, tell
 from kabo.errors import Diagnostic, InputError
@@ -45,6 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--cdr", action="store_true", help="of trajectory and moveit: one message as the bytes that DDS sends"
     )
     parser.add_argument(
+        "--message",
+        type=whole(1),
+        metavar="K",
+        help="with --cdr: which of several messages, from 1 on in their order",
+    )
+    parser.add_argument(
         "--check",
         type=Path,
         metavar="FILE",
@@ -69,6 +75,8 @@ def run(options: argparse.Namespace) -> int:
             content = _with_problem(options, plan).encode()
         elif options.problem is not None:
             raise _refusal("--problem", "only up needs the problem of the plan", "leave it out")
+        elif options.message is not None and not options.cdr:
+            raise _refusal("--message", "it chooses one of several messages as bytes", "--cdr, or leave it out")
         elif options.cdr:
             content = _one_message(options, plan, chosen)
         elif options.check is None:
@@ -91,7 +99,7 @@ def _with_problem(options: argparse.Namespace, plan: "rooms.Plan") -> str:
     Raises:
         InputError: the problem is not given or another one, or an option is of other formats.
     """
-    others = ("branch", "node", "robot", "rate", "way_points", "cdr", "check")
+    others = ("branch", "node", "robot", "rate", "way_points", "cdr", "message", "check")
     given = next((name for name in others if getattr(options, name)), None)
     if given is not None:
         raise _refusal(f"--{given.replace('_', '-')}", "up has the whole plan and no motions", "leave it out")
@@ -103,19 +111,23 @@ def _with_problem(options: argparse.Namespace, plan: "rooms.Plan") -> str:
 
 
 def _one_message(options: argparse.Namespace, plan: "rooms.Plan", chosen: dict[str, Any]) -> bytes:
-    """The bytes of the only message.
+    """The bytes of the only message, or of that which is chosen.
 
     Raises:
-        InputError: the format has no such bytes, or there are several messages.
+        InputError: the format has no such bytes, or there is no such message, or there are several and none is chosen.
     """
     if options.to not in ("trajectory", "moveit") or options.way_points or options.check is not None:
         raise _refusal("--cdr", "it is of trajectory and moveit, to write a file", "leave it out")
     messages = rooms.ros_trajectories(plan, options.to, **chosen)
-    if len(messages) != 1:
-        nodes = list(dict.fromkeys(node for each in messages for node in each.nodes))
-        hint = f"--node {nodes[0]} and --robot choose; in Python, kabo.exporting.ros_trajectories gives all"
+    if not messages:
+        raise _refusal("--cdr", "nothing moves, so there is no message", "leave it out")
+    if options.message is None and len(messages) > 1:
+        hint = f"--message 1 to {len(messages)} chooses one, and --node and --robot choose fewer"
         raise _refusal("--cdr", f"{len(messages)} messages, and a file holds the bytes of one", hint)
-    return messages[0].to_cdr()
+    number = options.message or 1
+    if number > len(messages):
+        raise _refusal("--message", f"{number} is beyond the last one", f"1 to {len(messages)}")
+    return messages[number - 1].to_cdr()
 
 
 def _checked(options: argparse.Namespace, plan: "rooms.Plan", chosen: dict[str, Any]) -> int:

@@ -368,12 +368,12 @@ class _Executor(Carrier):
         return ended
 
     def _follow_way(self, way: Answer, *, again: bool = True) -> None:
-        """Follows a way to its end; a surprise on it is answered once, if the way can be ended."""
+        """Follows a way to its end; a surprise on it is answered once, if there is a rest of the way."""
         self._begin_with(way)
         try:
             self._walk()
         except Stopped as stopped:
-            if not again or stopped.stop.surprise is None or not self.executed:
+            if not again or stopped.stop.surprise is None or not self.executed or self.ended:
                 raise
             rest = self._answer(stopped.stop)
             if rest.kind != "finish":

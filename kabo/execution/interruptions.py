@@ -204,11 +204,20 @@ def _still_given(
 
 
 def hand_within_limits(robot: Robot, hand: Sequence[float]) -> dict[str, float]:
-    """The values of a hand's joints, within their limits: stops give way a little, and fingers that touch prove nothing."""
+    """The values of a hand's joints, within their limits: stops give way a little, and fingers that touch prove nothing.
+
+    What is beside the way from open to closed by less than that is an error of measuring: a hand that is open is open,
+    and joints that no grasp moves have not moved.
+    """
+    joints, gripper = robot.gripper_joints, robot.gripper
     low, high = robot.tree.lower[robot.planned :], robot.tree.upper[robot.planned :]
-    room = AJAR * (high - low)
-    low, high = low + room, high - room
-    return dict(zip(robot.gripper_joints, map(float, np.clip(hand, low, high)), strict=True))
+    room, found = AJAR * (high - low), np.array(hand, float)
+    opened = np.array([gripper.open.get(joint, np.nan) if gripper else np.nan for joint in joints])
+    closed = np.array([gripper.closed.get(joint, np.nan) if gripper else np.nan for joint in joints])
+    way = np.clip(found, np.fmin(opened, closed), np.fmax(opened, closed))  # NaN where nobody knows it
+    found = np.where(np.abs(found - way) <= room, way, found)
+    found = np.clip(found, np.fmin(low + room, opened), np.fmax(high - room, opened))
+    return dict(zip(joints, map(float, found), strict=True))
 
 
 def _placed(scene: Scene, state: GeometricState, parent: str, pose: Array) -> Attachment:

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import kabo
+from kabo.children import made_in_children
 from kabo.compilation import note_compiled
 from kabo.finite_domain import (
     CompiledTask,
@@ -25,6 +26,7 @@ from kabo.finite_domain import (
 )
 from kabo.geometry import enclosing_parts
 from kabo.meshes import Mesh
+from kabo.motion import MotionLimits, timed_path
 from kabo.requests import solve_file
 
 PROBLEMS = (
@@ -43,18 +45,37 @@ _LIGHTS = FiniteTask(
 
 
 def compile_usual() -> None:
-    """Compiles the kernels that planning needs, and records that they are."""
-    plan_once()
+    """Compiles the kernels that planning needs, in two processes, and records that they are.
+
+    What one of them has compiled the other one finds; at first they need no kernel in common.
+
+    Raises:
+        KaboError: a process died.
+    """
+    for _, made in made_in_children((_solve_once, _call_once), 2):
+        if isinstance(made, Exception):
+            raise made
     note_compiled()
 
 
 def plan_once() -> None:
-    """Plans a small symbolic and a small geometric problem, and runs each compiled search on a task of two lights."""
-    _search_once()
-    prepare_once()
+    """Plans small problems, symbolic and geometric ones, and runs each compiled search on a task of two lights."""
+    _call_once()
+    _solve_once()
+
+
+def _solve_once() -> None:
     for problem in (_domains() / each for each in PROBLEMS):
         if problem.is_file():
             solve_file(problem, {})
+
+
+def _call_once() -> None:
+    """Calls rooms that know nothing of collisions: searches, bounding, time laws."""
+    _search_once()
+    prepare_once()
+    corners, ones = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]), np.ones(2)
+    timed_path(corners, MotionLimits(ones, ones, ones), deviation=0.2, shares=np.ones(3))
 
 
 def prepare_once() -> None:

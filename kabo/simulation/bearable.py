@@ -12,6 +12,9 @@ from kabo.streams import stream_key, uniforms
 GRAVITY = 9.81  # [m/s²]
 LARGEST_EFFORT = 1e6  # [N or Nm], from which on a limit means none
 BORNE = 0.7  # of a motor's effort, which masses may need at most
+GUESSED = (
+    0.1  # of it, which guessed masses may need in any case: where given ones need too much, others are no reason
+)
 ROTORS = 0.2  # of a motor's effort, which its own inertia may need at most
 LEAST_SHARE = 0.01  # of guessed masses
 DRAWN = 64  # configurations in which motors are looked at
@@ -47,7 +50,7 @@ def bearable_share(robot: Robot, carried: PointMasses) -> float:
         needs = [_needed(joint, tree.kind[joint] == REVOLUTE, pose, carried, beyond, change) for pose in poses]
         known, guess = np.max(needs, axis=0)
         if guess > 0.0:
-            share = min(share, max(0.0, BORNE * effort - known) / guess)
+            share = min(share, max(BORNE * effort - known, GUESSED * effort) / guess)
     return max(share, LEAST_SHARE)
 
 

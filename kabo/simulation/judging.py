@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 
 from kabo.execution import Motion
 from kabo.scene import Scene
-from kabo.simulation.physics import Contact, Physics
+from kabo.simulation.physics import Physics
+from kabo.simulation.touching import Contact
 
 DEEP = 1e-4  # [m]: shallower contacts are the softness of the simulation
 

@@ -6,7 +6,6 @@ instead, whatever its width.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from kabo.simulation.masses import mass_of_body
 from kabo.simulation.mjcf import Motor, PhysicsModel, physics_model
 from kabo.simulation.mujoco_library import model_from, mujoco, tree_of
 from kabo.simulation.settings import USUAL, PhysicsSettings
+from kabo.simulation.touching import Contact, RestingContacts
 from kabo.simulation.turning_fingers import (
     FINGERS,
     Finger,
@@ -35,15 +35,8 @@ from kabo.simulation.turning_fingers import (
 STIFFNESS = 100.0  # [1/s]: natural frequency of the correction
 GRIP_DAMPING = 20.0  # [N s/m], of a hand that presses
 IDENTITY = np.eye(4)
+WAKING = 1e-9  # [m/s]: MuJoCo wakes what sleeps when its velocity is written, and not when something lets go of it
 TOUCHING = 0.0  # [m]: contacts with a greater gap carry no force
-
-
-@dataclass(frozen=True)
-class Contact:
-    """Two things that touch, by name, and how deep [m]."""
-
-    things: tuple[str, str]
-    depth: float
 
 
 class Physics:
@@ -127,7 +120,7 @@ class Physics:
             name: float(mass_of_body(self.scene.bodies[name], self.settings).mass) for name in self.scene.movable
         }
         self._scratch, self._gravity = np.empty((6, 3)), np.array(model.opt.gravity)
-        self._tree, self._touches = tree_of(model), self._touching()
+        self._tree, self._touches, self._resting = tree_of(model), self._touching(), RestingContacts(model)
         data = self.data
         self._driven = Joints(self._values, self._rates, self._leader, self._ratio, self._shift)
         self._setpoints = Setpoints(self.setpoint, self.speed, self.change)
@@ -263,9 +256,10 @@ class Physics:
         self.model.eq_data[number, :10] = [0.0, 0.0, 0.0, *place, *turn]
         data.eq_active[number] = 1
 
-    def unweld(self, robot: str, body: str) -> None:
-        """Lets go of a body that was fixed to a hand."""
-        self.data.eq_active[self.model.equality(f"{robot}:{body}").id] = 0
+    def unweld(self, holder: str, body: str) -> None:
+        """Lets go of a body that was fixed to a hand, or to a part."""
+        self.data.eq_active[self.model.equality(f"{holder}:{body}").id] = 0
+        self.data.qvel[self.model.joint(body).dofadr[0]] += WAKING
 
     def step(self) -> None:
         """Advances by one time step."""
@@ -387,10 +381,11 @@ class Physics:
     def contacts(self, deeper: float = TOUCHING) -> Iterator[Contact]:
         """What touches now, deeper than a depth [m]."""
         found = self.data.contact
-        for number in np.flatnonzero(found.dist < -deeper):
-            one, other = found.geom[number]
-            first, second = sorted((self._thing[one], self._thing[other]))
-            yield Contact((first, second), float(-found.dist[number]))
+        for shapes, distances in ((found.geom, found.dist), self._resting.of(self.data)):
+            for number in np.flatnonzero(distances < -deeper):
+                one, other = shapes[number]
+                first, second = sorted((self._thing[one], self._thing[other]))
+                yield Contact((first, second), float(-distances[number]))
 
     def displace(self, body: str, offset: Array) -> None:
         """Moves a body by an offset (3,) [m], as somebody who pushes it."""

@@ -8,6 +8,8 @@ from kabo.cli import exit_codes
 from kabo.cli.export import FORMATS
 from kabo.cli.main import main
 from kabo.exporting import FORMATS as KNOWN
+from kabo.exporting import ros_trajectories
+from kabo.plan import load_plan
 from tests.exporting.conftest import ARM, made
 
 
@@ -41,10 +43,28 @@ def test_bytes_are_of_one_message(plan: Path, tmp_path: Path, capsys: pytest.Cap
     assert main([*command, "--node", "n4"]) == exit_codes.BAD_INPUT
     assert "n4 begins before n3 has ended" in capsys.readouterr().err
     assert main([*command, "--branch", "true"]) == exit_codes.BAD_INPUT
-    assert "5 messages, and a file holds the bytes of one" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "5 messages, and a file holds the bytes of one" in said and "--message 1 to 5 chooses one" in said
+    assert main([*command, "--branch", "true", "--message", "6"]) == exit_codes.BAD_INPUT
+    assert "1 to 5" in capsys.readouterr().err
     assert not file.exists()
+    messages = ros_trajectories(load_plan(plan), "trajectory", branch="true")
+    for number, message in enumerate(messages, 1):
+        assert main([*command, "--branch", "true", "--message", str(number)]) == exit_codes.DONE
+        assert file.read_bytes() == message.to_cdr()
     assert main([*command, "--branch", "true", "--robot", "right"]) == exit_codes.DONE
     assert file.read_bytes()[:4] == b"\x00\x01\x00\x00"
+    yaml = ["export", str(plan), "--to", "trajectory", "--branch", "true", "--message", "1", "-o", str(file)]
+    assert main(yaml) == exit_codes.BAD_INPUT and "--cdr, or leave it out" in capsys.readouterr().err
+
+
+def test_a_plan_without_motion_has_no_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    doors = Path(__file__).parents[2] / "domains" / "doors" / "n3.yaml"
+    plan = tmp_path / "plan.json"
+    assert main(["solve", str(doors), "-o", str(plan)]) == exit_codes.DONE
+    command = ["export", str(plan), "--to", "trajectory", "--cdr", "-o", str(tmp_path / "message.cdr")]
+    assert main([*command, "--branch", "false,false"]) == exit_codes.BAD_INPUT
+    assert "Traceback" not in (said := capsys.readouterr().err) and said.count("\n      = ") == 1, said
 
 
 @pytest.mark.parametrize("more", [["--to", "btt"], ["--to", "csv"], ["--to", "dot", "--rate", "5"]])

@@ -8,7 +8,14 @@ import pytest
 import trimesh
 
 from kabo.geometry import Budget, Solid
-from kabo.geometry_server import GeometryServer, make_robot_model, robot_findings, robot_scene_text, robot_summary
+from kabo.geometry_server import (
+    GeometryServer,
+    make_robot_model,
+    robot_findings,
+    robot_scene,
+    robot_scene_text,
+    robot_summary,
+)
 from kabo.geometry_server.answers import GeometryStatistics
 from kabo.geometry_server.robot_models.covers import covers_of
 from kabo.geometry_server.robot_models.link_pairs import LinkPairs
@@ -249,6 +256,12 @@ def test_a_foreign_robot_is_ready(tmp_path: Path, urdf: str) -> None:
     assert robot_findings(description) == []
     scene = load_scene(description)
     assert not GeometryServer(scene).collides("robot", list(scene.start.robots["robot"]))
+
+
+@pytest.mark.skipif(installed_folder("example-robot-data") is None, reason="example-robot-data is not installed")
+def test_a_robot_of_an_installed_package_is_named_by_its_package() -> None:
+    named = "package://example-robot-data/robots/ur_description/urdf/ur5_joint_limited_robot.urdf"
+    assert named in robot_scene(named, name="arm")
 
 
 def test_links_without_their_meshes_are_judged_at_any_precision(cans_scene: Scene) -> None:

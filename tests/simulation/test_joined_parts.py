@@ -90,3 +90,11 @@ def test_pairs_are_those_whose_models_the_mate_names(tmp_path: Path) -> None:
 def test_whether_a_mate_holds_is_true_or_false(tmp_path: Path) -> None:
     with pytest.raises(InputError, match='whether a mate holds must be true or false, not "often"'):
         scene(tmp_path, 0.3, "often")
+
+
+def test_what_is_taken_off_a_mate_falls_though_it_rested(tmp_path: Path) -> None:
+    robot = SimulatedRobot(scene(tmp_path, 0.3))
+    robot.wait(0.5)
+    robot.physics.unweld("post", "cube")
+    robot.wait(0.5)
+    assert robot.poses()["cube"][2, 3] < 0.1

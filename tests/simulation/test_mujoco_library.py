@@ -106,3 +106,15 @@ def test_a_run_with_sleeping_bodies_ends_where_one_without_ends(scene: Scene) ->
             physics.step()
         ends.append(np.array([physics.pose(name)[:3, 3] for name in scene.movable]))
     assert np.abs(ends[0] - ends[1]).max() < 1e-4
+
+
+def test_bodies_that_rest_touch_what_they_stand_on(scene: Scene) -> None:
+    """MuJoCo keeps no contacts of bodies that sleep; a sensor of contact sees them all the same."""
+    physics = rested(scene)
+    standing = {("floor", "low"), ("high", "low"), ("aside", "floor")}
+    assert {contact.things for contact in physics.contacts()} == standing
+    physics.displace("high", np.array([0.0, 0.0, 0.2]))
+    assert {contact.things for contact in physics.contacts()} == standing - {("high", "low")}
+    for _ in range(SECOND):
+        physics.step()
+    assert {contact.things for contact in physics.contacts()} == standing

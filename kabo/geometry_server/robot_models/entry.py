@@ -45,11 +45,17 @@ def robot_scene(
     for argument, given in (("name", name), ("tip", tip), ("group", group)):
         require_given(argument, given, str, NoneType)
     folder = None if folder is None else require_path("folder", folder)
-    file = existing_file(str(require_path("urdf", urdf)), "URDF")
-    meaning = None if srdf is None else existing_file(str(require_path("srdf", srdf)), "SRDF")
+    file = existing_file(_text("urdf", urdf), "URDF")
+    meaning = None if srdf is None else existing_file(_text("srdf", srdf), "SRDF")
     called = robot_name(name, file, "name")
     model = make_robot_model(file, meaning, name=called, epsilon=epsilon, wishes=Wishes(tip, group))
     return robot_scene_text(model, folder)
+
+
+def _text(name: str, given: Path | str) -> str:
+    """The text of a path: as `Path`, `package://` would lose one of its strokes."""
+    require_path(name, given)
+    return str(given)
 
 
 def existing_file(text: str, what: str) -> Path:

@@ -1,8 +1,8 @@
 """Reads URDF files: checked elements with their places, from `.urdf` files and from what xacro makes of `.xacro` files.
 
 Errors are found before pinocchio's parser sees the file [`checks`]: pinocchio reports on standard error only and
-does not check numbers. It is given a new text with nothing but the checked links, joints, origins, axes and limits
-[`kinematics`].
+does not check numbers. It is given a new text with nothing but the checked links, joints, origins, axes and limits,
+and the inertias that can be [`kinematics`].
 """
 
 from collections.abc import Iterator, Mapping
@@ -11,6 +11,7 @@ from xml.etree import ElementTree  # noqa: S405  only files without entities are
 
 from kabo.language.formulas import Place
 from kabo.language.robot_files.xml_files import Element, XmlFile, parsed, read_bytes, shortened
+from kabo.scene.urdf_files.inertials import add_inertial
 
 Urdf = XmlFile
 XACRO_ENDING = ".xacro"
@@ -89,10 +90,10 @@ def named(urdf: Urdf, tag: str) -> Iterator[tuple[str, Element]]:
 
 
 def kinematics(urdf: Urdf) -> str:
-    """The text of a URDF that holds the checked links and joints, their origins, axes and limits, and nothing else."""
+    """The text of a URDF that holds the checked links and joints, their origins, axes and limits, and usable inertias."""
     robot = ElementTree.Element("robot", {"name": urdf.root.get("name") or "robot"})
-    for name, _ in named(urdf, "link"):
-        ElementTree.SubElement(robot, "link", {"name": name})
+    for name, link in named(urdf, "link"):
+        add_inertial(ElementTree.SubElement(robot, "link", {"name": name}), link)
     for name, joint in named(urdf, "joint"):
         made = ElementTree.SubElement(robot, "joint", {"name": name, "type": joint.get("type", "")})
         for tag, keys in _KEPT_ATTRIBUTES.items():
