@@ -8,8 +8,6 @@ from functools import partial
 from math import ceil
 from typing import TypeVar
 
-import numpy as np
-
 from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError
 from kabo.execution.belief import Belief
@@ -346,7 +344,7 @@ class Carrier:
     def _poses(self, time: float) -> Mapping[str, Array]:
         """The poses (4, 4) of bodies seen at a time [s]; what is too far away to plan with counts as not seen."""
         every = self.seen_now()
-        seen = {name: pose for name, pose in every.items() if np.abs(pose[:3, 3]).max() <= MAX_DISTANCE}
+        seen = {name: pose for name, pose in every.items() if max(map(abs, pose[:3, 3].tolist())) <= MAX_DISTANCE}
         self.sightings.saw(seen, time)
         if seen:  # a camera that is slower than the watch shows each picture once, to whoever looks
             if self.states.rate > 0.0:

@@ -3,10 +3,12 @@
 It knows nothing of the executor's decisions: it reads the plan's segments, and what moves by them.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from kabo.execution import Motion
+from kabo.execution.motions import Stretch
 from kabo.scene import Scene
 from kabo.simulation.physics import Physics
 from kabo.simulation.touching import Contact
@@ -25,6 +27,8 @@ class ContactJudge:
     scene: Scene
     faults: dict[tuple[str, str], float] = field(default_factory=dict)
     looks: int = 0
+    _now: tuple[Any, ...] = ()  # what moves and is held, of which it is known what is permitted
+    _known: dict[tuple[str, str], bool] = field(default_factory=dict)
 
     def look(
         self, physics: Physics, motion: Motion | None, time: float, holding: Iterable[tuple[str, str]]
@@ -37,23 +41,20 @@ class ContactJudge:
             holding: robots, each with a body that it holds, or is about to take or has just let go of.
         """
         self.looks += 1
-        running = [] if motion is None else list(motion.at(time))
-        moving = {each.robot for each in running}
-        allowed = {frozenset(pair) for each in running for pair in each.permitted}
-        held = list(holding)
-        carried = {body for robot, body in held if robot in moving}
-        for contact in physics.contacts(DEEP):
-            if not self._permitted(contact, allowed, held, moving, carried):
+        running, held = () if motion is None else tuple(motion.at(time)), tuple(holding)
+        if self._now != (running, held):
+            self._now, self._known = (running, held), {}
+        for contact in physics.contacts(DEEP, resting=False):  # what sleeps does not move
+            permitted = self._known.get(contact.things)
+            if permitted is None:
+                permitted = self._known[contact.things] = self._permitted(contact, running, held)
+            if not permitted:
                 self.faults[contact.things] = max(contact.depth, self.faults.get(contact.things, 0.0))
 
-    def _permitted(
-        self,
-        contact: Contact,
-        allowed: set[frozenset[str]],
-        held: list[tuple[str, str]],
-        moving: set[str],
-        carried: set[str],
-    ) -> bool:
+    def _permitted(self, contact: Contact, running: Sequence[Stretch], held: Sequence[tuple[str, str]]) -> bool:
+        moving = {each.robot for each in running}
+        allowed = {frozenset(pair) for each in running for pair in each.permitted}
+        carried = {body for robot, body in held if robot in moving}
         pair = frozenset(contact.things)
         if pair in allowed or self.scene.never_collide(*contact.things):
             return True

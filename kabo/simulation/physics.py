@@ -378,10 +378,10 @@ class Physics:
         felt = -float(data.cfrc_int[wrist, 3:] @ gravity) / float(gravity @ gravity)
         return felt - float(model.body_subtreemass[wrist])
 
-    def contacts(self, deeper: float = TOUCHING) -> Iterator[Contact]:
-        """What touches now, deeper than a depth [m]."""
+    def contacts(self, deeper: float = TOUCHING, *, resting: bool = True) -> Iterator[Contact]:
+        """What touches now, deeper than a depth [m]; what sleeps touches whatever it stands on, if that is asked for."""
         found = self.data.contact
-        for shapes, distances in ((found.geom, found.dist), self._resting.of(self.data)):
+        for shapes, distances in ((found.geom, found.dist), *([self._resting.of(self.data)] if resting else [])):
             for number in np.flatnonzero(distances < -deeper):
                 one, other = shapes[number]
                 first, second = sorted((self._thing[one], self._thing[other]))

@@ -181,7 +181,7 @@ class SimulatedRobot:
         """What encoders and hands measure."""
         physics, robots = self.physics, self.scene.robots
         velocities = {name: physics.velocities(name) for name in robots}
-        hands = {name: np.abs(velocities[name][robots[name].planned :]).max(initial=0.0) for name in robots}
+        hands = {name: max(map(abs, velocities[name][own.planned :]), default=0.0) for name, own in robots.items()}
         pressing = {name: force for name in robots if (force := physics.pressing(name)) is not None}
         return RobotState(
             physics.time,
