@@ -19,7 +19,7 @@ from kabo.language.problem import Problem
 from kabo.plan import Done, ObjectPose, State, StateChange
 from kabo.plan.state import changed
 from kabo.planner.geometry.relations import event_of, relations
-from kabo.scene import Scene, attachment, beginning_at, world_T
+from kabo.scene import MAX_DISTANCE, Scene, attachment, beginning_at, world_T
 
 SECONDS = 20.0  # of each state
 
@@ -31,6 +31,8 @@ def solvable(problem: Problem, scene: Scene, interruption: Interruption, poses: 
         problem: the problem. scene: its scene. interruption: where the run stood.
         poses: the true poses (4, 4) of all movable bodies then.
     """
+    if any(np.abs(pose[:3, 3]).max() > MAX_DISTANCE for pose in poses.values()):
+        return None  # it has fallen for so long that nobody plans with it
     for word, state, expected in _states(scene, interruption, poses):
         try:
             begun = _with_events(problem, scene, state, expected)
