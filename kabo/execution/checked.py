@@ -10,7 +10,7 @@ from math import isfinite
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.execution.kernels.placed import stretch
+from kabo.execution.kernels.placed import distortion
 from kabo.execution.protocols import PacedRobot, Robot, RobotFailed, RobotState, Sensor
 from kabo.scene import Scene
 
@@ -109,7 +109,7 @@ class CheckedPoses:
 
     def __init__(self, sensor: Sensor, bodies: Collection[str]) -> None:
         self.sensor, self.bodies, self._lost = sensor, bodies, False
-        stretch(np.eye(4)[None])  # the kernel is loaded now, not while robots move
+        distortion(np.eye(4)[None])  # the kernel is loaded now, not while robots move
 
     def __call__(self) -> dict[str, Array]:
         """The poses (4, 4) of bodies that are seen now; what has numbers that are none is not seen.
@@ -138,7 +138,7 @@ def _are_poses(given: Sequence[Array]) -> bool:
     if not all(isinstance(each, np.ndarray) and each.shape == (4, 4) for each in given):
         return False
     poses = np.array(given, np.float64).reshape(-1, 4, 4)
-    return not given or bool(stretch(poses) <= RIGID)
+    return not given or bool(distortion(poses) <= RIGID)
 
 
 def _pose(name: str, given: Array) -> Array:
@@ -152,7 +152,7 @@ def _pose(name: str, given: Array) -> Array:
         raise RobotFailed(f"the sensor is lost: the pose of {name} has the form {pose.shape}, not (4, 4)")
     if not np.isfinite(pose).all():
         return pose
-    if stretch(np.ascontiguousarray(pose[None])) > RIGID:
+    if distortion(np.ascontiguousarray(pose[None])) > RIGID:
         text = (
             f"the sensor is lost: what it says of {name} is no pose: its axes are stretched, sheared or mirrored"
         )

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.execution.kernels.setpoints import places
 from kabo.motion import Trajectory
+from kabo.motion.kernels.deviations import positions_at
 from kabo.plan import Plan, Segment
 from kabo.scene import Robot, Scene
 
@@ -86,7 +86,8 @@ class Motion:
                 rows[:, columns] = trajectory.waypoints[-1]
             else:
                 begun = 0 if times[0] >= begin else int(np.searchsorted(times, begin))
-                rows[begun:, columns] = places(trajectory.padded, trajectory.knots, times[begun:])
+                inside = np.minimum(np.maximum(times[begun:], each.begin), each.end)
+                rows[begun:, columns] = positions_at(trajectory.knots, trajectory.padded, inside)
         return rows
 
     def rests(self, time: float) -> bool:

@@ -15,7 +15,6 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.execution.belief import Belief
 from kabo.execution.displacements import box_corners, displacements
-from kabo.execution.kernels.setpoints import places
 from kabo.execution.link_origins import LinkOrigins
 from kabo.execution.looks import MOST_LOOKS, Looks, Seen
 from kabo.execution.margins import Margins, Running, Slack
@@ -24,6 +23,7 @@ from kabo.execution.nearness import Moving, Nearness
 from kabo.execution.off_path import OffPath, off_path
 from kabo.execution.protocols import RobotState
 from kabo.execution.sightings import Sightings
+from kabo.motion.kernels.deviations import positions_at
 from kabo.scene import Scene
 
 LATEST = 0.1  # [s] by which robots may be later than they are stated to be
@@ -112,7 +112,9 @@ class Watch:
         self._since = 0.0  # from when on robots may be late, on the motion's clock [s]
         self._resting: Mapping[str, Sequence[float]] = {}  # the values of all joints before the motion
         self._corners = {name: box_corners(scene.bodies[name].mesh) for name in scene.movable}
-        places(np.zeros((1, 1, 6)), np.zeros(2), np.zeros(1))  # the kernel is loaded now, not while robots move
+        positions_at(
+            np.zeros(2), np.zeros((1, 1, 6)), np.zeros(1)
+        )  # the kernel is loaded now, not while robots move
 
     def begin(self, motion: Motion, belief: Belief) -> None:
         """Begins a motion, and its figures; `belief`: where all is before it."""

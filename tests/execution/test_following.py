@@ -137,8 +137,9 @@ from pathlib import Path
 import kabo
 from kabo.execution import KinematicRobot, KnownTruth, execute
 from kabo.execution.kernels import origins, placed, setpoints
+from kabo.motion.kernels.deviations import positions_at
 
-KERNELS = (setpoints.setpoint, setpoints.places, placed.stretch, placed.displaced, origins.farthest_origins)
+KERNELS = (setpoints.setpoint, positions_at, placed.distortion, placed.displaced, origins.farthest_origins)
 
 
 class Counting(KinematicRobot):

@@ -6,7 +6,7 @@ from kabo.compilation import kernel
 
 
 @kernel  # (k, 4, 4) f8 -> f8
-def stretch(poses):
+def distortion(poses):
     """By how much axes of poses are longer or shorter than one, or not at right angles; of a mirror infinite.
 
     It is no number if one of a pose is none.
