@@ -7,6 +7,7 @@ import numpy as np
 from kabo import geometry  # its names load when they are used: python-fcl only where meshes decide
 from kabo.arrays import Array
 from kabo.geometry import FixedGroup
+from kabo.geometry_server.foresight.things import box_at
 from kabo.geometry_server.foresight.widths import corners
 from kabo.geometry_server.frames import WORLD, fits, has, rows, standing_frame
 from kabo.geometry_server.situation import Situation
@@ -147,11 +148,8 @@ def _boxes_meet(surroundings: SceneSurroundings, body: Body, pose: Array, under:
 
 
 def _box(surroundings: SceneSurroundings, body: Body, pose: Array) -> tuple[Array, Array]:
-    def made() -> tuple[Array, Array]:
-        points = pose[:3, :3] @ body.mesh.vertices.T + pose[:3, 3:]  # (3, V): each row is read at once
-        return points.min(axis=1), points.max(axis=1)
-
-    found: tuple[Array, Array] = surroundings.lasting(("box", body.name, pose.tobytes()), made)
+    key = "box", body.name, pose.tobytes()
+    found: tuple[Array, Array] = surroundings.lasting(key, lambda: box_at(body.mesh, pose))
     return found
 
 

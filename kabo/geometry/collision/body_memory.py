@@ -49,6 +49,7 @@ from kabo.geometry.collision.kernels.layout import (
     whole_numbers_of,
     words_for,
 )
+from kabo.geometry.collision.kernels.sweep import KNOWN_AXES
 from kabo.geometry.collision.kernels.tracks import COARSE_NODES, FRAME_SLOTS
 from kabo.geometry.collision.part_trees import children_within, deviation_within, is_flat, known
 from kabo.geometry.collision.placed_bodies import Sources, part_ranges, place, sources_of
@@ -336,6 +337,7 @@ class BodyMemory:
             ends=np.zeros(4, np.int64),
             pose=np.empty((1, 12)),
             united=np.empty((4, 6)),
+            known=np.zeros((KNOWN_AXES, 3)),
         )
         self._box_parts(pool.boxes, 0, parts)
         return way_of(self._chain, np.zeros((FRAME_SLOTS, joints, 12)), count), nodes, pool

@@ -23,8 +23,7 @@ class Thing:
     @classmethod
     def at(cls, name: str, mesh: Mesh, pose: Array) -> "Thing":
         """A mesh at a pose."""
-        points = placed(mesh.vertices, pose)
-        return cls(name, mesh, pose, points.min(axis=0), points.max(axis=0))
+        return cls(name, mesh, pose, *box_at(mesh, pose))
 
     @property
     def triangles(self) -> Array:
@@ -49,6 +48,12 @@ def things_at_start(scene: Scene) -> list[Thing]:
         found = ((link, part.mesh) for link, part in robot.links.items() if part.mesh is not None)
         bodies |= {f"{name}.{link}": (mesh, poses[link]) for link, mesh in found if mesh is not None}
     return [Thing.at(name, mesh, pose) for name, (mesh, pose) in bodies.items() if len(mesh.faces)]
+
+
+def box_at(mesh: Mesh, pose: Array) -> tuple[Array, Array]:
+    """The least and the greatest coordinates (3,) in the world of a mesh at a pose (4, 4) [m]."""
+    points = pose[:3, :3] @ mesh.vertices.T + pose[:3, 3:]  # (3, V): each row is read at once
+    return points.min(axis=1), points.max(axis=1)
 
 
 def placed(points: Array, pose: Array) -> Array:

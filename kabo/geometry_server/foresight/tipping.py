@@ -12,6 +12,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array
 from kabo.geometry_server.foresight.things import Thing, placed, things_at_start
+from kabo.geometry_server.foresight.widths import turn_onto
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.meshes.soundness import is_closed
@@ -93,16 +94,24 @@ def _surely_stands(surroundings: SceneSurroundings, own: Thing, below: list[Thin
     Their areas are taken to be convex, so it is over what they share as well.
     """
     up, height = own.pose[2, :3].round(6), round(float(own.low[2]), 4)
-    base = surroundings.remembered(
-        ("base", own.name, up.tobytes()),
-        lambda: _over(_sides(_slice(own.triangles, own.low[2] + NEAR, 1.0)), middle),
-    )
-    for other in below if base <= 0.0 else ():
+    if surroundings.lasting(("base", own.name, up.tobytes()), lambda: _over_its_base(own, up)) > 0.0:
+        return False
+    for other in below:
         key = "top", other.name, other.pose.tobytes(), height
-        sides = surroundings.remembered(key, lambda o=other: _carrying(_top(o, height)))  # type: ignore[misc]
+        sides = surroundings.lasting(key, lambda o=other: _carrying(_top(o, height)))  # type: ignore[misc]
         if _over(sides, middle) <= 0.0:
             return True
     return False
+
+
+def _over_its_base(own: Thing, up: Array) -> float:
+    """How far the middle of an object's mass is beside its lowest part [m], with `up` of its own frame upwards."""
+    turn = np.eye(4)
+    turn[:3, :3] = turn_onto(up / np.linalg.norm(up), np.array([0.0, 0.0, 1.0]))
+    turned = Thing.at(own.name, own.mesh, turn)
+    middle = middle_of(turned)
+    assert middle is not None, "who asks for it has found it"
+    return _over(_sides(_slice(turned.triangles, turned.low[2] + NEAR, 1.0)), middle)
 
 
 def _over(sides: Array, point: Array) -> float:

@@ -7,7 +7,9 @@ import pytest
 
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup, MovingGroup
 from kabo.geometry.collision.collision_view import FREE
+from kabo.geometry.collision.kernels.bundles import ITERATIONS, SEARCHES
 from kabo.geometry.collision.kernels.configuration_check import first_hit
+from kabo.meshes import Rounding
 from kabo.scene import PRISMATIC
 from tests.geometry.worlds import box, move, one_joint, rng_rows, slide, three_joints
 from tests.support.strategies import IDENTITY
@@ -188,6 +190,43 @@ def test_segments_asked_together_are_answered_as_each_alone(seed):
         used.segments_hit(rows[:-1], np.where(np.arange(59)[:, None] == 30, np.nan, rows[1:]), off)
     assert used.counters.numbers[1] == asked[1] + 31
     assert [used.segment_hit(*row) for row in zip(rows, rows[1:], strict=False)] == plain
+
+
+def drawn_view(seed):
+    """Three turning joints with two random parts each, some of them round, and four bodies in the world."""
+    rng = np.random.default_rng(seed)
+
+    def drawn(size):
+        points = [rng.uniform(-size, size, (int(rng.integers(4, 30)), 3)) for _ in range(2)]
+        rounds = [Rounding(float(radius)) for radius in rng.choice([0.0, 0.03], 2)]
+        return Enclosure(tuple(points), 0.0, tuple(rounds))
+
+    links = [MovingGroup(j, move(0.15, 0, 0), drawn(0.12)) for j in (1, 2, 3)]
+    fixed = [FixedGroup(move(*rng.uniform([-0.8, -0.8, -0.3], [0.8, 0.8, 0.3])), drawn(0.08)) for _ in range(4)]
+    pairs = np.array([[0, 2], *([link, body] for link in range(3) for body in range(3, 7))])
+    return CollisionView(three_joints(), links, fixed, pairs, BUDGET)
+
+
+def test_axes_that_are_known_save_rounds_and_change_no_answer_or_count():
+    rounds, seen = {"used": 0, "alone": 0}, set()
+    for seed in range(20):
+        walk = np.clip(np.random.default_rng(seed).normal(0.0, 0.15, (81, 3)).cumsum(axis=0), -3.1, 3.1)
+        starts, ends, off = walk[:-1].copy(), walk[1:].copy(), np.zeros((80, 3))
+        used, alone, counts = drawn_view(seed), [], np.zeros(8, np.int64)
+        for row in zip(starts, ends, off, strict=True):
+            view = drawn_view(seed)
+            alone.append(view.segment_hit(*row))
+            counts += view._own.counts
+        seen.update(alone)
+        for _ in range(2):
+            before = used._own.counts.copy()
+            assert used.segments_hit(starts, ends, off).tolist() == alone
+            own = used._own.counts - before
+            assert own[SEARCHES] == counts[SEARCHES]
+            rounds["used"] += int(own[ITERATIONS])
+            rounds["alone"] += int(counts[ITERATIONS])
+    assert len(seen) > 5
+    assert rounds["used"] < 0.95 * rounds["alone"]
 
 
 def test_counters_count():

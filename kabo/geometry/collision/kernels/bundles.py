@@ -136,6 +136,7 @@ class Pool(NamedTuple):
     ends: Integers  # (4,)
     pose: Array  # (1, 12)
     united: Array  # (4, 6)
+    known: Array  # (KNOWN_AXES, 3) along which two parts were apart last; zeros: not known. Pairs may share a row
 
 
 class Scene(NamedTuple):

@@ -15,23 +15,31 @@ the square of the interval, spread linearly, so the bisection ends.
 Where joints may be off the segment by given values, a body may be farther from its pose by its stray [kernels.tracks];
 and a body may have to keep more than the clearance from others. Both only add to the distance that is asked for.
 
+Before any part is placed, the axis along which a pair was apart last is tried: of two pairs it decides one or more.
+
 Where a part is not proven apart and has children, these are looked at over the same interval.
 """
 
-from kabo.compilation import lean_kernel
+import numpy as np
+
+from kabo.compilation import farthest, inner, lean_kernel
 from kabo.geometry.collision.kernels.boxes import boxes_near, kept_between, place_box, place_part, unite_boxes
 from kabo.geometry.collision.kernels.bundles import (
     CHILD_COUNT,
+    DISC,
     FIRST_CHILD,
     FIRST_OPEN,
     FREE,
+    ITERATIONS,
     JOINT,
     MIDDLES,
     NUMBER,
     OPEN,
     PARTS,
     POSITIVE,
+    RADIUS,
     ROOTS_END,
+    SEARCHES,
     SWEEPS,
     UNUSABLE,
     Limits,
@@ -55,6 +63,8 @@ from kabo.geometry.collision.kernels.tracks import (
 )
 
 COARSE_DEVIATION = 0.03  # [m] down to which segments are halved before boxes are compared
+KNOWN_AXES, AXES_PER_PART = 4096, 251  # rows of `Pool.known`, and between those of a part and the next one
+KNOWN_SLACK = 1e-6  # [m] that a known axis must have to spare: more than any search may lose of a gap
 GROUP, FRAME = 0, 1  # rows of `Tracks.tracks`
 RUN, MARK, USED, INTERVAL_MARK, INTERVALS_USED = 0, 1, 2, 3, 4  # places of `Pool.state`
 KEY, KEY_MARK, ROW = 0, 1, 2  # rows of `Pool.keys`
@@ -207,6 +217,54 @@ def _parts_hit(ta, tb, coarse, limits, scene, sweep, search):
 
 
 @lean_kernel
+def _height(t, part, level, i, axis, scene, sweep, offset):
+    """How far a part reaches along an axis (x, y, z), without its ball, at both ends of interval i of a level."""
+    tracks, poses, blocks, count = sweep.tracks.tracks, sweep.nodes.poses, scene.hulls.blocks, scene.hulls.sizes[part]
+    joint, frame = scene.groups[JOINT, tracks[GROUP, t]], tracks[FRAME, t]
+    if joint == frame:
+        k = farthest(blocks, part, count, axis, offset) & 63
+        return inner(axis, (blocks[part, 0, k], blocks[part, 1, k], blocks[part, 2, k]))
+    moves, greatest = sweep.way.motions[t, PATH] > 0.0, -np.inf
+    row = t * COARSE_NODES + (i << (COARSE_LEVELS - level) if moves else 0)
+    for end in range(2 if moves else 1):
+        at = row + (end << (COARSE_LEVELS - level))
+        own = (
+            inner((poses[at, 0], poses[at, 3], poses[at, 6]), axis),
+            inner((poses[at, 1], poses[at, 4], poses[at, 7]), axis),
+            inner((poses[at, 2], poses[at, 5], poses[at, 8]), axis),
+        )
+        k = farthest(blocks, part, count, own, offset) & 63
+        height = inner(own, (blocks[part, 0, k], blocks[part, 1, k], blocks[part, 2, k]))
+        greatest = max(greatest, height + inner(axis, (poses[at, 9], poses[at, 10], poses[at, 11])))
+    return greatest
+
+
+@lean_kernel
+def _still_apart(ta, a, tb, b, level, i, needed, scene, sweep, search):
+    """Whether one axis proves two parts farther apart than is needed: that of the last proof, or `search.axis` at first.
+
+    Only farthest corners are moved, where a search places all of them. So much is asked for that a search would find an
+    axis as well: answers do not depend on what is known.
+    """
+    rounds, known = scene.hulls.rounds, sweep.pool.known[(a * AXES_PER_PART + b) & (KNOWN_AXES - 1)]
+    if known[0] == 0.0 and known[1] == 0.0 and known[2] == 0.0:
+        known[0], known[1], known[2] = search.axis[0], search.axis[1], search.axis[2]
+    square = inner((known[0], known[1], known[2]), (known[0], known[1], known[2]))
+    if not 1e-20 < square < 1e20 or rounds[a, DISC] + rounds[b, DISC] > 0.0:
+        return False
+    scale = 1.0 / np.sqrt(square)
+    x, y, z = scale * known[0], scale * known[1], scale * known[2]
+    enough = needed + rounds[a, RADIUS] + rounds[b, RADIUS] + KNOWN_SLACK
+    gap = -_height(tb, b, level, i, (x, y, z), scene, sweep, search.offset)
+    gap -= _height(ta, a, level, i, (-x, -y, -z), scene, sweep, search.offset)
+    if gap > enough:
+        search.counters[SEARCHES] += 1
+        search.counters[ITERATIONS] += 1
+        return True
+    return False
+
+
+@lean_kernel
 def _pair_hit(ta, tb, limits, scene, sweep, search):
     """The answer of `_parts_hit` for a pair of groups: tests those roots whose boxes meet, interval by interval."""
     motions, tracks, pool, groups = sweep.way.motions, sweep.tracks.tracks, sweep.pool, scene.groups
@@ -216,6 +274,7 @@ def _pair_hit(ta, tb, limits, scene, sweep, search):
     count_a = groups[ROOTS_END, tracks[GROUP, ta]] - first_a
     count_b = groups[ROOTS_END, tracks[GROUP, tb]] - first_b
     width = (1 << MAX_HALVINGS) >> level
+    needed = (motions[ta, DEVIATION] + motions[tb, DEVIATION]) / (1 << 2 * level) + margin
     for t in (ta, tb):
         _coarse_poses(t, level, motions[t, PATH] > 0.0, scene, sweep)
     for i in range(1 << level):
@@ -235,10 +294,14 @@ def _pair_hit(ta, tb, limits, scene, sweep, search):
                 if not boxes_near(boxes, boxes_a + a, boxes, boxes_b + b, margin):
                     continue
                 between(boxes, boxes_a + a, boxes_b + b, search.axis)
+                if _still_apart(ta, first_a + a, tb, first_b + b, level, i, needed, scene, sweep, search):
+                    continue
                 _put(pool.stack, 0, i * width, width, first_a + a, first_b + b)
                 found = _parts_hit(ta, tb, width, limits, scene, sweep, search)
                 if found != FREE:
                     return found
+                known = pool.known[((first_a + a) * AXES_PER_PART + first_b + b) & (KNOWN_AXES - 1)]
+                known[0], known[1], known[2] = search.axis[0], search.axis[1], search.axis[2]
     return FREE
 
 
