@@ -3,7 +3,12 @@
 import hashlib
 import os
 import threading
+import time
 from pathlib import Path
+
+LATELY = 3_000_000_000  # [ns]: within which two changes of a file may have the same time
+MOST_HASHES = 10_000  # of files; then all are forgotten
+_hashes: dict[str, tuple[tuple[int, ...], str]] = {}  # of what files were like, by their paths
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -33,10 +38,24 @@ def write_atomically(path: Path, content: bytes) -> None:
 def file_hash(path: Path) -> str:
     """`sha256:…` of what is in a file, as plans have it.
 
+    A file is read again only if it may have changed: its size, and the times at which its content and its entry were
+    changed, are compared. Clocks of file systems are coarse, so nothing is kept of a file that has changed lately.
+
     Raises:
         OSError: the file cannot be read.
     """
-    return "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest()
+    began = time.time_ns()
+    now = os.stat(path)
+    seen = now.st_dev, now.st_ino, now.st_size, now.st_mtime_ns, now.st_ctime_ns
+    known = _hashes.get(str(path))
+    if known is not None and known[0] == seen:
+        return known[1]
+    found = "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest()
+    if max(now.st_mtime_ns, now.st_ctime_ns) < began - LATELY:
+        if len(_hashes) >= MOST_HASHES:
+            _hashes.clear()
+        _hashes[str(path)] = seen, found
+    return found
 
 
 def _write_into(path: Path, content: bytes) -> None:

@@ -1,6 +1,7 @@
 """Files are written whole or not at all, and what went wrong is told of the file that was to be written."""
 
 import errno
+import hashlib
 import os
 import resource
 import threading
@@ -10,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from kabo.whole_files import write_atomically
+from kabo import whole_files
+from kabo.whole_files import file_hash, write_atomically
 
 
 @contextmanager
@@ -56,3 +58,44 @@ def test_a_device_that_takes_nothing_stays_a_device(tmp_path: Path) -> None:
         write_atomically(device, b"new")
     assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(device))
     assert device.is_symlink()
+
+
+def hash_of(content: bytes) -> str:
+    return "sha256:" + hashlib.sha256(content).hexdigest()
+
+
+def test_a_file_that_changes_again_and_again_has_the_hash_of_what_is_in_it(tmp_path: Path) -> None:
+    """Of the same size, in quick succession, and with the time of the first content put back."""
+    path = tmp_path / "a"
+    path.write_bytes(b"0000")
+    times = path.stat().st_atime_ns, path.stat().st_mtime_ns
+    for number in range(300):
+        content = f"{number:04}".encode()
+        if number % 2:
+            path.write_bytes(content)
+        else:
+            write_atomically(path, content)
+        os.utime(path, ns=times)
+        assert file_hash(path) == hash_of(content)
+        assert file_hash(path) == hash_of(content)
+
+
+def test_a_file_that_has_not_changed_for_long_is_read_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(whole_files, "LATELY", -(10**15))  # every change was long ago
+    path, read = tmp_path / "a", list[Path]()
+    path.write_bytes(b"old")
+
+    def counted(own: Path) -> bytes:
+        read.append(own)
+        with own.open("rb") as file:
+            return file.read()
+
+    monkeypatch.setattr(Path, "read_bytes", counted)
+    assert {file_hash(path) for _ in range(5)} == {hash_of(b"old")} and read == [path]
+    path.write_bytes(b"newer")
+    assert {file_hash(path) for _ in range(5)} == {hash_of(b"newer")} and read == [path, path]
+    path.unlink()
+    with pytest.raises(FileNotFoundError):
+        file_hash(path)

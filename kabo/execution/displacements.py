@@ -6,13 +6,11 @@ corners of its box are displaced by. A turn and a shift that partly cancel count
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.kernels.placed import displaced
-from kabo.scene import Mesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +39,6 @@ class Displacement:
         """How far any of its points is displaced at most [m]."""
         assert self.longest is not None
         return self.longest + self.error
-
-
-def box_corners(mesh: Mesh) -> Array:
-    """The corners (8, 3) of the box around a mesh, in its own frame [m]."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    return np.array(list(product(*zip(low, high, strict=True))))
 
 
 def displacements(wanted: Sequence[Array], found: Sequence[Array], corners: Sequence[Array]) -> list[Displacement]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.belief import Belief
-from kabo.execution.displacements import box_corners, displacement
+from kabo.execution.displacements import displacement
 from kabo.execution.motions import Stretch
 from kabo.execution.watching import Surprise
 from kabo.plan import ObjectPose, Plan, State, StateChange
@@ -163,7 +163,7 @@ def observed(
         place = (
             world_T(scene, now, own.parent) @ transform(own.position, own.quaternion) if joined else wanted[name]
         )
-        off = displacement(place, pose, box_corners(scene.bodies[name].mesh)).size
+        off = displacement(place, pose, scene.bodies[name].mesh.box_corners).size
         found: Attachment | None = None
         if holder is not None and (off > STILL_HELD or (holder in empty and not joined)):
             lost.append((name, holder))
@@ -197,7 +197,7 @@ def _still_given(
     """How the hand that gives a body holds it, which the taking hand has missed; None if it has lost it, too."""
     robot, hold = given
     place = world_T(scene, state, hold.parent) @ transform(hold.position, hold.quaternion)
-    off = displacement(place, pose, box_corners(scene.bodies[name].mesh)).size
+    off = displacement(place, pose, scene.bodies[name].mesh.box_corners).size
     if robot in empty or off > STILL_HELD:
         return None
     return _placed(scene, state, hold.parent, place if off <= WELL_HELD else _unturned(place, pose))

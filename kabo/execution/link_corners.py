@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.execution.displacements import box_corners
 from kabo.scene import REVOLUTE, Robot, Scene, link_poses
 from kabo.scene.transforms import inverse
 
@@ -21,10 +20,10 @@ class Corners:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._links = {
-            name: {link.name: box_corners(link.mesh) for link in robot.links.values() if link.mesh is not None}
+            name: {link.name: link.mesh.box_corners for link in robot.links.values() if link.mesh is not None}
             for name, robot in scene.robots.items()
         }
-        self._bodies = {name: box_corners(scene.bodies[name].mesh) for name in scene.movable}
+        self._bodies = {name: scene.bodies[name].mesh.box_corners for name in scene.movable}
         self._turns = {name: self._turning(robot) for name, robot in scene.robots.items()}
 
     def _turning(self, robot: Robot) -> Array:

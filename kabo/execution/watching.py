@@ -14,7 +14,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.execution.belief import Belief
-from kabo.execution.displacements import box_corners, displacements
+from kabo.execution.displacements import displacements
 from kabo.execution.link_origins import LinkOrigins
 from kabo.execution.looks import MOST_LOOKS, Looks, Seen
 from kabo.execution.margins import Margins, Running, Slack
@@ -111,7 +111,7 @@ class Watch:
         self.path = OffPath(0.0, {})  # how far robots are off theirs, at the last look
         self._since = 0.0  # from when on robots may be late, on the motion's clock [s]
         self._resting: Mapping[str, Sequence[float]] = {}  # the values of all joints before the motion
-        self._corners = {name: box_corners(scene.bodies[name].mesh) for name in scene.movable}
+        self._corners = {name: scene.bodies[name].mesh.box_corners for name in scene.movable}
         positions_at(
             np.zeros(2), np.zeros((1, 1, 6)), np.zeros(1)
         )  # the kernel is loaded now, not while robots move

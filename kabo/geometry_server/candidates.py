@@ -376,7 +376,7 @@ def placement_stream(
 
 def within(this: Frame, body: Body, region: Region, margin: float) -> Array:
     """Rows that keep a body's centre so far inside a region's box that the body probably fits; not a proof."""
-    low, high = body.mesh.vertices.min(axis=0), body.mesh.vertices.max(axis=0)
+    low, high = body.mesh.bounds
     middle = Feature("point", tuple(float(v) for v in (low + high) / 2))  # type: ignore[arg-type]
     thickness = float(np.min(high - low)) / 2 + margin
     parts = []

@@ -3,6 +3,7 @@
 import hashlib
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,21 @@ class Mesh:
     @cached_property
     def diagonal(self) -> float:
         """The length of the bounding box's diagonal [m]; 0 without vertices."""
-        return float(np.linalg.norm(np.ptp(self.vertices, axis=0))) if len(self.vertices) else 0.0
+        low, high = self.bounds
+        return float(np.linalg.norm(high - low))
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """The least and the greatest coordinates (3,) of its vertices [m]; zeros without vertices."""
+        columns = np.ascontiguousarray(self.vertices.T)  # each is read at once
+        if not columns.size:
+            return np.zeros(3), np.zeros(3)
+        return columns.min(axis=1), columns.max(axis=1)
+
+    @cached_property
+    def box_corners(self) -> Array:
+        """The corners (8, 3) of its bounding box [m]."""
+        return np.array(list(product(*zip(*self.bounds, strict=True))))
 
     def moved(self, matrix: Array) -> "Mesh":
         """This mesh moved by a rigid 4x4 transform."""

@@ -91,7 +91,8 @@ def units_warning(
         named: the name of the mesh in the message.
         fix: the remedy at the end of the message.
     """
-    extent = float((mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)).max()) if len(mesh.vertices) else 0.0
+    low, high = mesh.bounds
+    extent = float((high - low).max())
     if extent <= LARGE_EXTENT:
         return None
     named = named or (f'mesh file "{mesh.path.name}"' if mesh.path is not None else "the mesh")

@@ -169,7 +169,8 @@ def _named_links(robot: Robot) -> list[str]:
 
 def _middle(mesh: Mesh, pose: Array) -> Array:
     """The middle of a mesh's bounding box, in the world."""
-    centre = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2.0
+    low, high = mesh.bounds
+    centre = (low + high) / 2.0
     return np.asarray(pose[:3, :3] @ centre + pose[:3, 3])
 
 

@@ -16,7 +16,7 @@ import pytest
 import kabo
 from kabo.arrays import Array
 from kabo.execution import Displacement, Margins
-from kabo.execution.displacements import box_corners, displacement
+from kabo.execution.displacements import displacement
 from kabo.execution.looks import rotation
 from kabo.plan import Plan
 from kabo.scene import Scene
@@ -65,7 +65,7 @@ def known(seed: int, folder: Path) -> Known:
     plan = with_certificate(counter)
     loaded, report = kabo.load_scene(problem.scene), kabo.verify(problem, plan)
     assert report.ok, report
-    corners = {name: box_corners(loaded.bodies[name].mesh) for name in loaded.movable}
+    corners = {name: loaded.bodies[name].mesh.box_corners for name in loaded.movable}
     return Known(plan, loaded, Margins(plan, report), Judge(loaded), corners)
 
 

@@ -92,7 +92,7 @@ def too_wide(robot: Robot, body: Body, family: GraspFamily, hand: Sequence[float
         return None
     point = np.asarray(roles["tool"].features[tool].origin, dtype=np.float64)
     opening = opening_of(robot, hand, point)
-    if opening is None or opening.metres >= _diameter(body.mesh):
+    if opening is None or opening.metres >= body.mesh.diagonal:
         return None
     width = _least_width(_grasps(robot, body, rows(own, roles)), body.mesh, point, opening)
     if width is None:
@@ -250,11 +250,6 @@ def _mesh(robot: Robot, link: str) -> Mesh:
 
 def _moved(pose: Array, point: Array) -> Array:
     return np.asarray(pose[:3, :3] @ point + pose[:3, 3])
-
-
-def _diameter(mesh: Mesh) -> float:
-    """An upper bound of the distance of two points of a mesh [m]."""
-    return float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
 
 
 def _hits(mesh: Mesh, mesh_T_line: Array, point: Array, direction: Array) -> Array:

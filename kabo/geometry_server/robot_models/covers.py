@@ -63,7 +63,7 @@ def _slices(mesh: Mesh) -> Iterator[Array]:
     The solid within a slice lies in the hull of these: a point of it that is extreme lies on the surface, or on a plane
     at the border of the cut, which is on the surface as well.
     """
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    low, high = mesh.bounds
     axis = int(np.argmax(high - low))
     planes = np.linspace(low[axis], high[axis], SLICES + 1)
     edges = np.unique(np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)

@@ -75,7 +75,8 @@ def _mesh_findings(scene: Scene, description: SceneDescription, name: str) -> It
 
 
 def _extent(mesh: Mesh) -> float:
-    return float(np.ptp(mesh.vertices, axis=0).max()) if len(mesh.vertices) else 0.0
+    low, high = mesh.bounds
+    return float((high - low).max())
 
 
 def _tiny(link: str, robot: str, extent: float, place: Place | None) -> Diagnostic:
@@ -233,7 +234,7 @@ def _near(scene: Scene, pair: tuple[str, str], poses: Mapping[str, Array], margi
         mesh = scene.robots[robot].links[link].mesh if dot else scene.bodies[name].mesh
         if mesh is None or not len(mesh.vertices):
             return False
-        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        low, high = mesh.bounds
         middle = poses[name][:3, :3] @ (0.5 * (low + high)) + poses[name][:3, 3]
         balls.append((middle, 0.5 * float(np.linalg.norm(high - low))))
     (first, r), (second, s) = balls

@@ -66,7 +66,7 @@ class LinkPairs:
         spheres: dict[str, tuple[Array, float]] = {}
         for name, link in self.robot.links.items():
             if link.mesh is not None and len(link.mesh.vertices):
-                low, high = link.mesh.vertices.min(axis=0), link.mesh.vertices.max(axis=0)
+                low, high = link.mesh.bounds
                 middle = poses[name][:3, :3] @ (0.5 * (low + high)) + poses[name][:3, 3]
                 spheres[name] = middle, 0.5 * float(np.linalg.norm(high - low))
 

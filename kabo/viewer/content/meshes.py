@@ -29,8 +29,8 @@ class Meshes:
         return {"mesh": self._numbers[mesh.digest]}
 
     def _quantised(self, mesh: Mesh) -> dict[str, Any]:
-        low = mesh.vertices.min(axis=0) if len(mesh.vertices) else np.zeros(3)
-        size = np.ptp(mesh.vertices, axis=0) if len(mesh.vertices) else np.zeros(3)
+        low, high = mesh.bounds
+        size = high - low
         step = np.where(size > 0.0, size / STEPS, 1.0)
         numbers = np.rint((mesh.vertices - low) / step).astype(np.uint16)
         kind = np.uint16 if len(mesh.vertices) <= STEPS else np.uint32

@@ -219,7 +219,12 @@ def _parts_hit(ta, tb, coarse, limits, scene, sweep, search):
 @lean_kernel
 def _height(t, part, level, i, axis, scene, sweep, offset):
     """How far a part reaches along an axis (x, y, z), without its ball, at both ends of interval i of a level."""
-    tracks, poses, blocks, count = sweep.tracks.tracks, sweep.nodes.poses, scene.hulls.blocks, scene.hulls.sizes[part]
+    tracks, poses, blocks, count = (
+        sweep.tracks.tracks,
+        sweep.nodes.poses,
+        scene.hulls.blocks,
+        scene.hulls.sizes[part],
+    )
     joint, frame = scene.groups[JOINT, tracks[GROUP, t]], tracks[FRAME, t]
     if joint == frame:
         k = farthest(blocks, part, count, axis, offset) & 63

@@ -5,7 +5,6 @@ mate's tolerance [m]. Divided by the reach of the joints it says how near the jo
 """
 
 from collections.abc import Sequence
-from itertools import product
 
 import numpy as np
 
@@ -79,10 +78,8 @@ def _points_of(part: MotionPart, held: Sequence[tuple[str, Attachment]]) -> Arra
         own = carried_frame(robot, body, attachment)
         if own.joint != frame.joint:
             continue
-        vertices = body.mesh.vertices
-        corners = np.array(list(product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))))
         pose = tool_T_joint @ own.joint_T_frame
-        found.append(corners @ pose[:3, :3].T + pose[:3, 3])
+        found.append(body.mesh.box_corners @ pose[:3, :3].T + pose[:3, 3])
     return np.concatenate(found)
 
 

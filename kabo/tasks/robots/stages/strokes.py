@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -189,9 +188,7 @@ def _bounded(size: float, bounds: tuple[Any, Any]) -> tuple[float, float]:
 def _exactly(scene: TaskScene, robot: str, part: str, tolerance: float) -> tuple[float, float]:
     """How far the tool may leave its line [m] and turn [rad] so that all points of a held part stay within `tolerance`."""
     held = carried_frame(scene.robot(robot), scene.context.scene.bodies[part], scene.situation.held(part))
-    vertices = scene.context.scene.bodies[part].mesh.vertices
-    corners = np.array(list(product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))))
-    points = corners @ held.joint_T_frame[:3, :3].T
+    points = scene.context.scene.bodies[part].mesh.box_corners @ held.joint_T_frame[:3, :3].T
     away = points + held.joint_T_frame[:3, 3] - tool_frame(scene.robot(robot)).joint_T_frame[:3, 3]
     return 0.4 * tolerance, 0.4 * tolerance / max(float(np.linalg.norm(away, axis=1).max()), 1e-3)
 

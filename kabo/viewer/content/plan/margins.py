@@ -120,7 +120,7 @@ class MarginCurves:
         if name not in self._boxes:
             mesh = self._surroundings.mesh(name)
             assert mesh is not None
-            low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+            low, high = mesh.bounds
             self._boxes[name] = (low + high) / 2.0, (high - low) / 2.0 + self._within
         return _Thing(name, robot, joint, self._surroundings.enclosure(name), *self._boxes[name])
 
