@@ -23,7 +23,7 @@ Where a part is not proven apart and has children, these are looked at over the 
 import numpy as np
 
 from kabo.compilation import farthest, inner, lean_kernel
-from kabo.geometry.collision.kernels.boxes import boxes_near, kept_between, place_box, place_part, unite_boxes
+from kabo.geometry.collision.kernels.boxes import BOX_SLACK, boxes_near, kept_between, place_box, place_part, unite_boxes
 from kabo.geometry.collision.kernels.bundles import (
     CHILD_COUNT,
     DISC,
@@ -92,6 +92,12 @@ def _whole(t, scene, sweep):
     """Computes bounds of a track's motion, its boxes at coarse nodes and the box of its swept volume."""
     tracks, motions = sweep.tracks, sweep.way.motions
     group, frame = tracks.tracks[GROUP, t], tracks.tracks[FRAME, t]
+    if scene.groups[JOINT, group] == frame:  # it stands in its own frame, as most bodies do in the world
+        motions[t, DEVIATION], motions[t, ANGLE], motions[t, PATH], motions[t, STRAY] = 0.0, 0.0, 0.0, 0.0
+        for r in range(3):
+            middle, half = scene.extents.groups[group, r], scene.extents.groups[group, 3 + r] + BOX_SLACK
+            sweep.nodes.whole_boxes[t, r], sweep.nodes.whole_boxes[t, 3 + r] = middle - half, middle + half
+        return
     deviation, angle, path, stray = motion(
         sweep.way, scene.chain, scene.groups[JOINT, group], frame, tracks.radii[group]
     )
