@@ -13,6 +13,7 @@ from kabo.language.scene_description import RateLimits, RobotDescription
 from kabo.scene.motion_limits import ONSET, RAMP
 
 DEFAULT_VELOCITY = math.pi  # [rad/s or m/s] where neither URDF nor scene gives a velocity limit
+MIN_VELOCITY = 1e-6  # [rad/s or m/s]: below, rounding of plans is faster than the joint; 0 in a URDF stands for none
 MAX_VELOCITY = 100.0  # [rad/s or m/s]: this and more in a URDF stands for none, no joint is as fast
 RATES = ("velocity", "acceleration", "jerk")
 
@@ -41,11 +42,13 @@ def joint_rates(
         urdf_velocity: the limits of the URDF; None where it has none.
 
     Raises:
-        InputError: names that are no joint's, velocities above the URDF's, each at its place.
+        InputError: names that are no joint's, velocities above the URDF's, each at its place; a URDF whose limit of
+            velocity is below `MIN_VELOCITY`.
     """
     given = {rate: getattr(description, rate) for rate in RATES}
     wrong = list(_unknown(description, given, names))
     wrong += _too_fast(given["velocity"], names, urdf_velocity, description)
+    wrong += _too_slow(urdf_velocity, description)
     if wrong:
         raise InputError(wrong)
     velocity, acceleration, jerk = {}, {}, {}
@@ -111,6 +114,14 @@ def _too_fast(
         text = f"velocity {every.value:g} is above those of all joints in the URDF: {max(known):g} at most"
         found.append(_error(every.place or description.place, text, _NARROWER))
     return found
+
+
+def _too_slow(urdf_velocity: Mapping[str, float | None], description: RobotDescription) -> Iterator[Diagnostic]:
+    for name, own in urdf_velocity.items():
+        if own is not None and own < MIN_VELOCITY:
+            text = f'the URDF limits the velocity of "{name}" to {own:g}, {MIN_VELOCITY:g} is the least'
+            hint = "write a velocity that the joint can have, or 0 where it is not known"
+            yield _error(description.place, text, hint)
 
 
 _NARROWER = "a scene can only make a robot slower; change the URDF if it is wrong"

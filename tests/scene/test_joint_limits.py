@@ -80,6 +80,20 @@ def test_a_velocity_stands_where_the_urdf_has_none_that_a_joint_can_have(none: s
     assert load_scene(path).robots["arm"].tree.velocity.tolist() == [1.0, 5.0, 3.0, 0.1]
 
 
+@pytest.mark.parametrize("slow", ["1e-9", "9e-7"])
+def test_a_joint_that_is_too_slow_for_any_motion_is_told_with_the_limit_of_its_urdf(
+    slow: str, tmp_path: Path
+) -> None:
+    robot(tmp_path)
+    urdf = tmp_path / "small.urdf"
+    urdf.write_text(urdf.read_text().replace('velocity="2"', f'velocity="{slow}"'))
+    with pytest.raises(InputError) as caught:
+        load_scene(tmp_path / "scene.yaml")
+    (found,) = caught.value.diagnostics
+    assert found.message == f'the URDF limits the velocity of "elbow" to {slow[0]}e-0{slow[-1]}, 1e-06 is the least'
+    assert found.hint == "write a velocity that the joint can have, or 0 where it is not known"
+
+
 SLOWER = "a scene can only make a robot slower; change the URDF if it is wrong"
 WRONG = [
     ("acceleration: {shoulder: 1, elbo: 2}", 8, 33, 'unknown joint "elbo" in the acceleration limits',

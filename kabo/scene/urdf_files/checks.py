@@ -256,7 +256,10 @@ def _check_limit(urdf: Urdf, name: str, kind: str, joint: Element, collected: Co
         return
     for key in ("velocity", "effort"):
         with collected.kept():
-            urdf.numbers(limit, key, 1, "0", largest=math.inf if key == "effort" else 1e300)
+            (most,) = urdf.numbers(limit, key, 1, "0", largest=math.inf if key == "effort" else 1e300)
+            if most < 0.0 and kind != "fixed":
+                said = f'the {key} of joint "{shortened(name)}" is limited to {most:g}, below 0'
+                raise urdf.wrong(limit, said, "leave the sign out: it is a limit of the size")
     bounds = [
         collected.tried(lambda key=key: urdf.numbers(limit, key, 1, "0", largest=1e300)[0])  # type: ignore[misc]
         for key in ("lower", "upper")
