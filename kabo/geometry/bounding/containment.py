@@ -18,10 +18,12 @@ def hull_of(points: Array) -> ConvexHull:
     Raises:
         QhullError: the points lie in a plane.
     """
-    try:
-        return ConvexHull(points)
-    except QhullError:  # of narrow sets Qhull may begin with four points in a plane, unless it searches all
-        return ConvexHull(points, qhull_options="Qt Qs")
+    # Of narrow sets Qhull may begin with four points in a plane, unless it searches all. Where corners are hardly apart
+    # it may merge faces to one that is too wide, unless it merges exactly coplanar ones first.
+    for options in (None, "Qt Qs"):
+        with suppress(QhullError):
+            return ConvexHull(points, qhull_options=options)
+    return ConvexHull(points, qhull_options="Qt Qx")
 
 
 def hull_planes(points: Array) -> Array:
