@@ -5,10 +5,12 @@ Polynomials have at most six coefficients in increasing powers of a local time t
 """
 
 from math import comb
+from numbers import Integral
 
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.given import refuse, require_number, shown
 
 MAX_DEGREE = 5  # of a piece: position, velocity and acceleration at both of its ends determine it
 
@@ -20,6 +22,7 @@ def _matrices(degree: int) -> tuple[Array, Array, Array]:
     return powers, first, first[::-1, ::-1].copy()
 
 
+MAX_HALVINGS = 12  # of a piece: bounds are then as near as rounding allows, and each one doubles the numbers
 _OF_DEGREE = [_matrices(degree) for degree in range(MAX_DEGREE + 1)]
 
 
@@ -27,12 +30,12 @@ def derivative(coefficients: Array, order: int) -> Array:
     """The coefficients (…, k - order) of the derivative of polynomials (…, k); one zero if nothing is left.
 
     Raises:
-        ValueError: the order is negative.
+        ArgumentError: the order is no whole number from 0 on.
     """
-    if order < 0:
-        raise ValueError(f"derivatives have the order 0 or more, not {order}")
+    if not isinstance(order, Integral) or isinstance(order, bool) or order < 0:
+        refuse("order", f"derivatives have the order 0 or more, not {shown(order)}")
     found = coefficients
-    for _ in range(order):
+    for _ in range(min(int(order), found.shape[-1])):
         found = found[..., 1:] * np.arange(1, found.shape[-1])
     return found if found.shape[-1] else np.zeros((*found.shape[:-1], 1))
 
@@ -57,7 +60,11 @@ def ranges(coefficients: Array, durations: Array, *, halvings: int = 3) -> tuple
         coefficients: in increasing powers.
         durations: positive.
         halvings: how often the time is halved; the excess of bounds falls to a quarter each time.
+
+    Raises:
+        ArgumentError: `halvings` is no whole number from 0 to `MAX_HALVINGS`.
     """
+    halvings = require_number("halvings", halvings, 0, MAX_HALVINGS, whole=True)
     controls = bernstein(coefficients, durations)[None]
     for _ in range(halvings if coefficients.shape[-1] > 2 else 0):
         controls = halved(controls).reshape(-1, *controls.shape[1:])

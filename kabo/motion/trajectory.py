@@ -176,8 +176,7 @@ class Trajectory:
         Before the beginning and after the end the motion stands still. At a border of pieces the later piece counts.
 
         Raises:
-            ArgumentError: a time is no number.
-            ValueError: the order is negative.
+            ArgumentError: a time is no number, or the order none from 0 on.
         """
         wanted = _numbers("times", times)
         clipped = np.minimum(np.maximum(wanted, self.times[0]), self.times[-1])
@@ -207,7 +206,7 @@ class Trajectory:
         `halvings` of the pieces they are tighter.
 
         Raises:
-            ValueError: the order is negative.
+            ArgumentError: the order is no whole number from 0 on, or `halvings` none from 0 to 12.
         """
         low, high = self.piece_bounds(order, halvings=halvings)
         return low.min(axis=0), high.max(axis=0)

@@ -215,3 +215,21 @@ def test_arrays_of_other_kinds_are_one_clear_error():
 def test_a_motion_that_stands_still_may_have_constants_alone():
     """`of_arrays` takes up to six coefficients, and one of them was an error of numpy."""
     assert Trajectory.of_arrays(("a",), [(0.5,)], (0.0, 1.0), np.full((1, 1, 1), 0.5)).at(0.5) == [0.5]
+
+
+@pytest.mark.parametrize("wrong", [1.5, "1", None, True])
+def test_what_is_no_order_of_a_derivative_is_told(wrong):
+    whole, _ = random_motion(0)
+    for asked in (whole.bounds, whole.piece_bounds, lambda order: whole.at(0.5, order)):
+        with pytest.raises(ArgumentError, match="derivatives have the order 0 or more"):
+            asked(wrong)
+
+
+def test_derivatives_of_any_order_are_found_at_once():
+    assert np.all(random_motion(0)[0].at(0.5, 10**12) == 0.0)
+
+
+@pytest.mark.parametrize("wrong", [-1, 13, 99, 1.5, "x"])
+def test_pieces_are_halved_up_to_twelve_times(wrong):
+    with pytest.raises(ArgumentError, match="halvings must be a whole number from 0 to 12"):
+        random_motion(0)[0].bounds(halvings=wrong)
