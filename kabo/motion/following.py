@@ -6,6 +6,10 @@ difference is bounded by its Bernstein coefficients; where λ leaves [0, 1], the
 with, which is farther by the excess of λ.
 """
 
+from collections.abc import Sequence
+from itertools import chain
+from math import isfinite
+
 import numpy as np
 
 from kabo.arrays import Array, Integers
@@ -14,6 +18,22 @@ from kabo.motion.bernstein import derivative, values
 SNAPPED = 1e-9  # [rad or m]: a place on the path that is closer to a way point is this way point
 BACKWARDS = 1e-3  # [rad or m]: how far a motion against the direction of a piece counts as being from it
 INNER_SAMPLES = 3  # inside each piece of a motion, where places on the path are looked for
+
+
+def require_way_points(waypoints: Sequence[Sequence[float]]) -> None:
+    """Checks the path of a motion.
+
+    Raises:
+        ValueError: there is no way point, or a value is not finite, or too large for a float.
+    """
+    if not waypoints:
+        raise ValueError("a path has one way point or more, and this one has none")
+    try:
+        finite = all(map(isfinite, chain.from_iterable(waypoints)))
+    except OverflowError:  # a whole number of Python has no bounds
+        finite = False
+    if not finite:
+        raise ValueError("a value of a way point is not a finite number")
 
 
 def path_deviations(times: Array, padded: Array, waypoints: Array, passing: Array) -> Array:

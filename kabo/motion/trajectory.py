@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
-from kabo.given import refuse, require_number, shown
+from kabo.given import refuse, require_given, require_number, shown
 from kabo.motion.bernstein import MAX_DEGREE, derivative, ranges, recentred, values
-from kabo.motion.following import place_on_path
+from kabo.motion.following import place_on_path, require_way_points
 from kabo.motion.rounding import rounded_coefficients
 
 TIME_DECIMALS = 9  # of times that are computed from others: whole microseconds stay whole
@@ -125,8 +125,8 @@ class Trajectory:
         Raises:
             ArgumentError: a coefficient is no number, or tuples are not nested as they must be.
             ValueError: times do not increase, numbers are not finite, or there are not a piece between two times each, a
-                polynomial of degree 5 or less for each joint, a value of each joint in each way point, and no
-                deviation below 0.
+                polynomial of degree 5 or less for each joint, a value of each joint in each way point, at least
+                one way point, and no deviation below 0.
         """
         try:
             self._require_form()
@@ -150,6 +150,7 @@ class Trajectory:
             times = f"{len(self.times)} times for {pieces} pieces"
             raise ValueError(f"{times}: a motion has one piece or more, each between two times")
         _require_increasing(self.times)
+        require_way_points(self.waypoints)
         for what, rows in (("a way point", self.waypoints), ("a piece", self.coefficients)):
             wrong = next((length for length in map(len, rows) if length != joints), None)
             if wrong is not None:
@@ -260,8 +261,9 @@ class Trajectory:
         later = self.padded[inner:].copy()
         if not on_border:
             later[0] = recentred(later[0], np.full(len(self.joints), time - self.times[inner]))
-        index, place = place_on_path(self.padded, self.knots, np.asarray(self.waypoints), time)
-        first, second = self.waypoints[: index + 1], self.waypoints[index + 1 :]
+        path = self.waypoints * (2 if len(self.waypoints) == 1 else 1)  # from a place to itself
+        index, place = place_on_path(self.padded, self.knots, np.asarray(path), time)
+        first, second = path[: index + 1], path[index + 1 :]
         point = tuple(map(float, place))
         before = replace(
             self,
@@ -283,8 +285,10 @@ class Trajectory:
         Velocities and accelerations are not compared: both may rest there, or pass.
 
         Raises:
+            ArgumentError: the other one is no trajectory.
             ValueError: joints differ, or time or place of the border.
         """
+        require_given("other", other, Trajectory)
         if self.joints != other.joints:
             raise ValueError(f"motions of different joints: {self.joints} and {other.joints}")
         if abs(self.times[-1] - other.times[0]) > SAME_PLACE:

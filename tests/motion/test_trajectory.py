@@ -233,3 +233,26 @@ def test_derivatives_of_any_order_are_found_at_once():
 def test_pieces_are_halved_up_to_twelve_times(wrong):
     with pytest.raises(ArgumentError, match="halvings must be a whole number from 0 to 12"):
         random_motion(0)[0].bounds(halvings=wrong)
+
+
+NO_PATHS = [(), ((float("nan"),), (1.0,)), ((0.0,), (float("inf"),)), ((10**400,), (1.0,))]
+
+
+@pytest.mark.parametrize("path", NO_PATHS, ids=["none", "nan", "inf", "huge"])
+def test_a_motion_along_no_path_is_refused(path):
+    motion = Trajectory(("a",), path, (0.0, 1.0), (((0.0, 1.0),),))
+    with pytest.raises(ValueError, match="way point"):
+        motion.split(0.5)
+    with pytest.raises(ValueError, match="way point"):
+        motion.at(0.5)
+
+
+def test_only_motions_are_joined():
+    with pytest.raises(ArgumentError, match="other"):
+        random_motion(0)[0].joined(None)
+
+
+def test_a_motion_with_one_way_point_is_split_there():
+    before, after = Trajectory(("a",), ((0.5,),), (0.0, 1.0), (((0.5,),),)).split(0.25)
+    assert set(before.waypoints) == set(after.waypoints) == {(0.5,)}
+    assert before.times == (0.0, 0.25) and after.times == (0.25, 1.0)

@@ -90,7 +90,9 @@ def test_a_joint_that_is_too_slow_for_any_motion_is_told_with_the_limit_of_its_u
     with pytest.raises(InputError) as caught:
         load_scene(tmp_path / "scene.yaml")
     (found,) = caught.value.diagnostics
-    assert found.message == f'the URDF limits the velocity of "elbow" to {slow[0]}e-0{slow[-1]}, 1e-06 is the least'
+    assert (
+        found.message == f'the URDF limits the velocity of "elbow" to {slow[0]}e-0{slow[-1]}, 1e-06 is the least'
+    )
     assert found.hint == "write a velocity that the joint can have, or 0 where it is not known"
 
 

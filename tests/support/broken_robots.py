@@ -138,8 +138,17 @@ def _joints() -> Iterator[Broken]:
         at='name="shoulder"',
     )
     yield urdf("crossed limits", 'lower="-2"', 'lower="9"', "above its upper one", "swap")
-    yield urdf("velocity below zero", 'velocity="1"', 'velocity="-1"', "the velocity of joint", "below 0", "leave the sign out")
-    yield urdf("effort below zero", 'effort="1"', 'effort="-1"', "the effort of joint", "below 0", "leave the sign out")
+    yield urdf(
+        "velocity below zero",
+        'velocity="1"',
+        'velocity="-1"',
+        "the velocity of joint",
+        "below 0",
+        "leave the sign out",
+    )
+    yield urdf(
+        "effort below zero", 'effort="1"', 'effort="-1"', "the effort of joint", "below 0", "leave the sign out"
+    )
     yield urdf("unknown type", 'type="revolute"', 'type="revolut"', "unknown type", 'did you mean "revolute"')
     yield urdf("floating", 'type="revolute"', 'type="floating"', "neither revolute nor prismatic", "base")
     yield urdf("no axis", 'xyz="0 1 0"', 'xyz="0 0 0"', "has no direction", 'xyz="0 0 1"')
