@@ -32,6 +32,7 @@ EDGES = {
 # What a process remembers beyond a call, and why nobody can get another's answer from it [decision 026].
 REMEMBERED = {
     "kabo/simulation/masses.py": {"_MADE"},  # by the mesh's digest and the density
+    "kabo/whole_files.py": {"_hashes"},  # by size and times of a file, unless it has changed lately
     "kabo/compilation/cache.py": {"_private_folder", "_takes_files", "_warn_of"},  # of this installation
     "kabo/compilation/compiling.py": {"_sources_digest", "_numba", "_links"},
     "kabo/compilation/linking.py": {"whole_compiler", "part_compiler", "part"},
