@@ -93,7 +93,26 @@ def start() -> TaskScene:
             lambda: make("AddGeometry", body="b", shape={"sphere": {"radius": 1}}, parent="tabel"),
             "nothing is called 'tabel'",
         ),
+        (
+            lambda: make("MoveRelative", robot="arm", direction={"joints": {"jont_1": 0.1}}),
+            "arm has no joint 'jont_1', did you mean \"joint_1\"?",
+        ),
+        (
+            lambda: make(
+                "MoveRelative", robot="arm", direction={"along": "tool.approach", "distance": 0.1}, min_distance=0.2
+            ),
+            "the least distance, 0.2 m, is above the greatest, 0.1 m",
+        ),
+        (
+            lambda: make("MoveRelative", robot="arm", direction={"vector": [0, 0, 0.1]}, min_distance=0.2),
+            "the least distance, 0.2 m, is above the greatest, 0.1 m",
+        ),
         (lambda: make("Attach", object="table", to="arm"), "table is not movable"),
+        (lambda: make("Attach", object="object", to="arm.tol0"), "arm has no link 'tol0', did you mean \"tool0\"?"),
+        (lambda: make("Attach", object="object", to="arm", of="amr"), "no robot 'amr', did you mean \"arm\"?"),
+        (lambda: make("Detach", object="object", of="amr"), "the scene has no robot 'amr', did you mean \"arm\"?"),
+        (lambda: make("Detach", object="object", of="arm.tol0"), "arm has no link 'tol0'"),
+        (lambda: make("AllowContact", pairs=[["arm.tol0", "object"]]), "did you mean \"tool0\"?"),
         (
             lambda: make("AddGeometry", body="object", shape={"sphere": {"radius": 1}}),
             "the scene has 'object' already",

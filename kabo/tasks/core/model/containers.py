@@ -180,7 +180,7 @@ class Limit(Wrapper):
             int,
             1,
             "how many solutions of its child; 0: it is not asked",
-            lambda n: None if n >= 0 else "is at least 0",
+            lambda n: None if n >= 0 else f"is at least 0, not {n}",
         )
     }
 
