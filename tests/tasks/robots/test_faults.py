@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,16 +13,17 @@ from hypothesis import HealthCheck, event, example, given, settings
 from hypothesis import strategies as st
 
 from kabo.geometry_server import Refusal, ScenePredicates, Situation
-from kabo.language import load_scene_description
+from kabo.language import load_problem, load_scene_description
 from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Fallbacks, InitialisationError, Interface, Parent, Result, Task
 from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import STAGES, TaskScene, check_meaning
+from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.stages.strokes import RESOLUTION, farthest
 from tests.conftest import PROPERTY_SCALE
-from tests.tasks.robots.conftest import first
+from tests.tasks.robots.conftest import DOMAINS, first
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "pick_and_place"
 FORCE, BARTENDER = "force_sensing/n2.yaml", "bartender/four_bottles.yaml"
@@ -208,6 +210,26 @@ def test_a_monitor_that_means_nothing_is_told(stage: dict[str, Any], told: str) 
     monitor = STAGES[kind]("m", "now", robot="left", object="bottle_1", **given)
     with pytest.raises(InitialisationError, match=f"'m': .*{told}"):
         check_meaning(Task("t", STAGES["CurrentState"]("now"), monitor), scene.context.scene)
+
+
+def test_a_place_that_no_placement_family_fits_says_what_is_missing() -> None:
+    """It was "has no placement family that fits", hundreds of times, where the region has no support."""
+    description = load_problem(DOMAINS / BARTENDER).scene
+    assert description is not None
+    bare = replace(description.regions["anywhere"], support=None)
+    scene = load_scene(replace(description, regions=dict(description.regions) | {"anywhere": bare}))
+    stage = STAGES["SamplePlacement"]("p", "now", robot="left", object="bottle_1", region="anywhere")
+    here = first_scene(scene, 0, lambda: False)
+    refused = stage.refute(here.context, here.situation)
+    assert refused is not None and refused.proof
+    assert refused.comment == (
+        "bottle_1 has no placement family that fits: standing names support.top, and anywhere has no support"
+    )
+    given = STAGES["SamplePlacement"]("p", "now", robot="left", object="bottle_1", region="anywhere", support="table")
+    assert given.refute(here.context, here.situation) is None
+    held = hung(here, "bottle_1", "left.tool0", here.pose("bottle_1"))
+    (again,) = stage.generate(held, PropertyResolver(stage.properties).values(), 0)
+    assert again.comment == refused.comment and again.proof
 
 
 def test_what_a_caller_gives_is_not_asked_for_before_it_is_given() -> None:
