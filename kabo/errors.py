@@ -143,7 +143,9 @@ def did_you_mean(word: object, known: Iterable[str]) -> str | None:
     if not isinstance(word, str):
         return None
     ordered = sorted(known)
-    near = [each for each in ordered if each.lower() == word.lower()] or difflib.get_close_matches(word, ordered, n=1)
+    near = [each for each in ordered if each.lower() == word.lower()] or difflib.get_close_matches(
+        word, ordered, n=1
+    )
     return f'did you mean "{near[0]}"?' if near else None
 
 

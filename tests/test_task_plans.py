@@ -198,7 +198,12 @@ max_solutions: 1
 stages:
   - {name: start, stage: CurrentState}
   - {name: thick, stage: Pad, things: [right.link_4, blue], distance: 0.01}
-  - {name: tip, stage: AddGeometry, body: tip, shape: {sphere: {radius: 0.01}}, parent: right.tool0, pose: {position: [0, 0, 0.3]}}
+  - name: tip
+    stage: AddGeometry
+    body: tip
+    shape: {sphere: {radius: 0.01}}
+    parent: right.tool0
+    pose: {position: [0, 0, 0.3]}
   - {name: take, stage: pick, robot: left, object: red}
 """
 

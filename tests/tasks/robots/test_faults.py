@@ -101,7 +101,10 @@ def start() -> TaskScene:
         ),
         (
             lambda: make(
-                "MoveRelative", robot="arm", direction={"along": "tool.approach", "distance": 0.1}, min_distance=0.2
+                "MoveRelative",
+                robot="arm",
+                direction={"along": "tool.approach", "distance": 0.1},
+                min_distance=0.2,
             ),
             "the least distance, 0.2 m, is above the greatest, 0.1 m",
         ),
@@ -110,11 +113,14 @@ def start() -> TaskScene:
             "the least distance, 0.2 m, is above the greatest, 0.1 m",
         ),
         (lambda: make("Attach", object="table", to="arm"), "table is not movable"),
-        (lambda: make("Attach", object="object", to="arm.tol0"), "arm has no link 'tol0', did you mean \"tool0\"?"),
+        (
+            lambda: make("Attach", object="object", to="arm.tol0"),
+            "arm has no link 'tol0', did you mean \"tool0\"?",
+        ),
         (lambda: make("Attach", object="object", to="arm", of="amr"), "no robot 'amr', did you mean \"arm\"?"),
         (lambda: make("Detach", object="object", of="amr"), "the scene has no robot 'amr', did you mean \"arm\"?"),
         (lambda: make("Detach", object="object", of="arm.tol0"), "arm has no link 'tol0'"),
-        (lambda: make("AllowContact", pairs=[["arm.tol0", "object"]]), "did you mean \"tool0\"?"),
+        (lambda: make("AllowContact", pairs=[["arm.tol0", "object"]]), 'did you mean "tool0"?'),
         (
             lambda: make("AddGeometry", body="object", shape={"sphere": {"radius": 1}}),
             "the scene has 'object' already",
@@ -225,7 +231,9 @@ def test_a_place_that_no_placement_family_fits_says_what_is_missing() -> None:
     assert refused.comment == (
         "bottle_1 has no placement family that fits: standing names support.top, and anywhere has no support"
     )
-    given = STAGES["SamplePlacement"]("p", "now", robot="left", object="bottle_1", region="anywhere", support="table")
+    given = STAGES["SamplePlacement"](
+        "p", "now", robot="left", object="bottle_1", region="anywhere", support="table"
+    )
     assert given.refute(here.context, here.situation) is None
     held = hung(here, "bottle_1", "left.tool0", here.pose("bottle_1"))
     (again,) = stage.generate(held, PropertyResolver(stage.properties).values(), 0)

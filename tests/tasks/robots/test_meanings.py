@@ -111,7 +111,10 @@ def refused(folder: Path, stage: str) -> str:
             "{name: s, stage: MoveTo, robot: arm, goal: {j1: .nan}}",
             "a value of j1 that is a finite number, not '.nan'",
         ),
-        ("{name: s, stage: MoveTo, robot: arm, goal: {pse: {position: [0, 0, 1]}}}", 'no \'pse\', did you mean "pose"?'),
+        (
+            "{name: s, stage: MoveTo, robot: arm, goal: {pse: {position: [0, 0, 1]}}}",
+            "no 'pse', did you mean \"pose\"?",
+        ),
         (
             "{name: s, stage: MoveRelative, robot: arm, direction: {vector: [0, 0, 1], fram: world}}",
             "no 'fram' beside 'vector', did you mean \"frame\"?",

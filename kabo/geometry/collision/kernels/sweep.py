@@ -23,7 +23,14 @@ Where a part is not proven apart and has children, these are looked at over the 
 import numpy as np
 
 from kabo.compilation import farthest, inner, lean_kernel
-from kabo.geometry.collision.kernels.boxes import BOX_SLACK, boxes_near, kept_between, place_box, place_part, unite_boxes
+from kabo.geometry.collision.kernels.boxes import (
+    BOX_SLACK,
+    boxes_near,
+    kept_between,
+    place_box,
+    place_part,
+    unite_boxes,
+)
 from kabo.geometry.collision.kernels.bundles import (
     CHILD_COUNT,
     DISC,

@@ -167,7 +167,9 @@ def _longest(given: Any) -> float | None:
 
 def _strange(robot: Robot | None, joints: Iterable[str]) -> Iterator[str]:
     """Messages for joints that a robot does not have."""
-    for joint in () if robot is None else joints:
+    if robot is None:
+        return
+    for joint in joints:
         try:
             with_joints(robot, np.zeros(len(robot.joint_names)), {joint: 0.0})
         except NoConfigurationError as error:
