@@ -19,7 +19,7 @@ from kabo.planner.refine.timing import timed
 from kabo.scene import motion_limits
 from kabo.streams import Key, stream_key, uniforms
 from kabo.tasks.robots.motion.parts import MotionPart
-from kabo.tasks.robots.motion.smoothing import DEVIATION, Smoothed, deviation_of, smoothed, smoothed_within
+from kabo.tasks.robots.motion.smoothing import AT_GOALS, Smoothed, deviation_of, smoothed, smoothed_within
 from kabo.tasks.robots.motion.timing import passing, timed_group
 from kabo.tasks.robots.scenes import configuration
 from kabo.tasks.robots.timed_paths import TimedPath
@@ -76,13 +76,13 @@ def faster(
 ) -> tuple[Segment, ...]:
     """The segments of a node's motion with trajectories, free ways made faster; all else as `timed` makes it."""
 
-    def times_of(group: Sequence[MotionPart], deviation: float) -> tuple[TimedPath, ...]:
+    def times_of(group: Sequence[MotionPart]) -> tuple[TimedPath, ...]:
         ways = [number for number, part in enumerate(group) if _is_free(part, freedoms)]
         if not ways:
-            return timed_group(group, deviation)
+            return timed_group(group)
         ends = *map(float, group[0].stretch.start), *map(float, group[-1].stretch.end)
         key = stream_key(context.seed, "hastened", group[0].stretch.robot, *ends)
-        return hastened(group, ways, key, deviation=deviation).parts
+        return hastened(group, ways, key).parts
 
     return timed(context, situation, motion, times_of=times_of)
 
@@ -97,7 +97,6 @@ def hastened(
     ways: Sequence[int],
     key: Key,
     *,
-    deviation: float = DEVIATION,
     tries: int = TRIES,
     vain: int = MAX_VAIN,
 ) -> Smoothed:
@@ -107,12 +106,11 @@ def hastened(
         parts: stretches of an arm, each beginning where the one before ends.
         ways: the numbers of the parts whose paths may be replaced.
         key: of the random numbers; change i depends on (key, i) and what was taken before it only.
-        deviation: how far the motion may pass by way points [rad, L2].
         tries: the number of changes.
         vain: the number of changes in a row that may be none for the better.
     """
-    search = _Search(parts[0], deviation)
-    best = _Hastened(tuple(parts), smoothed(parts, search.limits, search.deviation, search.held))
+    search = _Search(parts[0])
+    best = _Hastened(tuple(parts), smoothed(parts, search.limits, search.deviation, search.held, AT_GOALS))
     width, since = WIDEST, 0
     for draws in _Draws.all(key, tries, len(parts[0].joints)):
         made = search.faster(best, ways[int(draws.way * len(ways))], draws, width)
@@ -126,11 +124,11 @@ def hastened(
 class _Search:
     """What does not change from one change of a motion to the next."""
 
-    def __init__(self, first: MotionPart, deviation: float) -> None:
+    def __init__(self, first: MotionPart) -> None:
         robot = first.scene.robot(first.stretch.robot)
         self.limits, self.held = motion_limits(robot, first.joints), first.held
         self.lower, self.upper = (bound[first.columns] for bound in (robot.tree.lower, robot.tree.upper))
-        self.deviation, self.columns = deviation_of(first, deviation), first.columns
+        self.deviation, self.columns = deviation_of(first), first.columns
 
     def faster(self, best: _Hastened, number: int, draws: _Draws, width: float) -> _Hastened | None:
         """The motion with a change of one of its ways; None if it is not proven, or not faster."""
@@ -147,7 +145,9 @@ class _Search:
         parts = list(best.parts)
         parts[number] = replace(part, stretch=replace(part.stretch, waypoints=way))
         try:
-            made = smoothed_within(parts, self.limits, self.deviation, self.held, best.seconds - LEAST_GAIN_S)
+            made = smoothed_within(
+                parts, self.limits, self.deviation, self.held, AT_GOALS, best.seconds - LEAST_GAIN_S
+            )
         except ValueError:  # what is held would slip there, even at rest
             return None
         return None if made is None else _Hastened(tuple(parts), made)

@@ -11,7 +11,6 @@ from kabo.plan import Segment
 from kabo.planner.refine.legs import legs_of
 from kabo.scene import motion_limits
 from kabo.tasks.robots.motion.held_bodies import held_by
-from kabo.tasks.robots.motion.smoothing import DEVIATION
 from kabo.tasks.robots.motion.timing import TimesOf, timed_group, timed_segments
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.timed_paths import TimedPath, cut
@@ -21,7 +20,6 @@ def timed(
     context: ProcedureContext,
     situation: Situation,
     motion: Sequence[Segment],
-    deviation: float = DEVIATION,
     times_of: TimesOf = timed_group,
 ) -> tuple[Segment, ...]:
     """The segments of a node's motion with trajectories, one after the other.
@@ -30,7 +28,6 @@ def timed(
         context: the context of the geometry server.
         situation: the situation in which the motion begins.
         motion: the segments of a node; those that have trajectories keep them.
-        deviation: how far the motion may pass by way points [rad, L2]; 0: it stops at each.
         times_of: gives parts without a rest between them their trajectories, which may be along other paths.
     """
     if all(segment.trajectory is not None for segment in motion):
@@ -38,7 +35,7 @@ def timed(
     legs = legs_of(context, situation, motion)
     if legs is None:
         return tuple(_rested(motion, TaskScene.of(context, situation)))
-    return tuple(timed_segments([(leg.part, leg.segment) for leg in legs], deviation, times_of))
+    return tuple(timed_segments([(leg.part, leg.segment) for leg in legs], times_of))
 
 
 def duration(motion: Sequence[Segment]) -> float:

@@ -135,12 +135,20 @@ class Route:
         )
         return tuple(each for each in found if each is not None)
 
-    def greatest_shares(self, deviation: float) -> Array:
-        """The greatest share (m,) of each corner's trim with which strokes keep their shape."""
+    def greatest_shares(self, deviation: float, at_borders: float) -> Array:
+        """The greatest share (m,) of each corner's trim with which strokes keep their shape, and borders are near.
+
+        Args:
+            deviation: how far the motion may pass by corners [rad, L2]: what whole trims are for.
+            at_borders: the same where one part ends and the next one begins, if that is less.
+        """
         bends, places = self.bends, self._places
         found = np.where(bends > 0.0, 1.0, 0.0) if self.curves else np.ones(len(self.corners))
         room = np.minimum(places, places[-1] - places)
-        room = np.minimum(room, deviation / CORNER_SHARE / np.maximum(bends, GENTLE_TURN))[1:-1]
+        per_trim = CORNER_SHARE * np.maximum(bends, GENTLE_TURN)
+        room = np.minimum(room, deviation / per_trim)[1:-1]
+        inner = np.array(self.borders, np.int64)
+        found[inner] = np.minimum(found[inner], at_borders / per_trim[inner] / room[inner - 1])
         for stroke in self._strokes:
             most = stroke.greatest_trims(places, bends)[1:-1]
             found[1:-1] = np.minimum(found[1:-1], most / room)

@@ -19,7 +19,10 @@ from kabo.tasks.robots.motion.rounds import Rounds
 from kabo.tasks.robots.motion.routes import Refused, Route, route_of
 from kabo.tasks.robots.timed_paths import TimedPath, cut
 
-DEVIATION = 0.2  # rad, L2: how far a motion may pass by a way point, where nobody says otherwise
+DEVIATION = (
+    0.4  # rad, L2: how far a motion may pass by a way point that a search found, where nobody says otherwise
+)
+AT_GOALS = 0.2  # rad, L2: the same where a stage reaches its goal
 EXACT_DEVIATION = 1e-3  # rad, L2: the same where the motion keeps its shape
 JOINING_DEVIATION = 2e-6  # rad, L2: the same where parts are put together
 THINNING_SHARE = 0.1  # share of the deviation that may be used by leaving out way points
@@ -42,7 +45,11 @@ class Smoothed:
 
 
 def smoothed(
-    parts: Sequence[MotionPart], limits: MotionLimits, deviation: float, held: Held | None = None
+    parts: Sequence[MotionPart],
+    limits: MotionLimits,
+    deviation: float,
+    held: Held | None = None,
+    at_goals: float = np.inf,
 ) -> Smoothed:
     """The fastest motion from rest to rest along all parts that is proven, and passes way points within `deviation`.
 
@@ -51,17 +58,23 @@ def smoothed(
         limits: of these joints.
         deviation: how far the motion may be from the straight pieces between way points [rad, L2]; 0: it stops at each.
         held: what the robot holds.
+        at_goals: the same where one part ends and the next one begins, if that is less.
 
     Raises:
         ValueError: a joint that moves has no limits above 0, or what is held slips even at rest.
     """
-    found = smoothed_within(parts, limits, deviation, held, np.inf)
+    found = smoothed_within(parts, limits, deviation, held, at_goals, np.inf)
     assert found is not None
     return found
 
 
 def smoothed_within(
-    parts: Sequence[MotionPart], limits: MotionLimits, deviation: float, held: Held | None, seconds: float
+    parts: Sequence[MotionPart],
+    limits: MotionLimits,
+    deviation: float,
+    held: Held | None,
+    at_goals: float,
+    seconds: float,
 ) -> Smoothed | None:
     """As `smoothed`; None as soon as the motion is not faster than some time, for it only gets slower by its proof."""
     thinning = min(THINNING_SHARE * deviation, MAX_THINNING)
@@ -71,7 +84,10 @@ def smoothed_within(
     while True:
         samples = {number: found for number, found in finer.items() if found is not None}
         route = route_of(parts, thinning, curves, samples)
-        found = _rounded(route, limits, within, held, seconds)
+        greatest = np.zeros(len(route.corners))
+        if within > 0.0:
+            greatest = route.greatest_shares(within, max(0.0, at_goals - thinning))
+        found = _rounded(route, limits, within, greatest, held, seconds)
         if found is None:
             return None
         if isinstance(found, Timed):
@@ -82,13 +98,12 @@ def smoothed_within(
 
 
 def _rounded(
-    route: Route, limits: MotionLimits, within: float, held: Held | None, seconds: float
+    route: Route, limits: MotionLimits, within: float, greatest: Array, held: Held | None, seconds: float
 ) -> Timed | frozenset[int] | None:
     """The motion along a route with corners rounded as far as it is proven, or the curves of which it is not.
 
-    None if it does not take less than some seconds.
+    `greatest` are the shares (m,) of rounds that are tried first. None if it does not take less than some seconds.
     """
-    greatest = route.greatest_shares(within) if within > 0.0 else np.zeros(len(route.corners))
     near = nearness_of(route.parts, route.curves, within)
     chord = min(COARSEST_DRIVEN_CHORD if any(part.drives for part in route.parts) else COARSEST_CHORD, near)
     rounds = Rounds(route, within, chord)
@@ -179,8 +194,8 @@ def nearness_of(parts: Sequence[MotionPart], curves: frozenset[int], within: flo
     return max(within, LEAST_TOLERANCE)
 
 
-def deviation_of(part: MotionPart, deviation: float) -> float:
+def deviation_of(part: MotionPart) -> float:
     """How far the motion of a part may pass by its way points [rad, L2]."""
     if inserts(part):
-        return min(deviation, JOINING_DEVIATION)
-    return min(deviation, EXACT_DEVIATION) if part.stretch.exact else deviation
+        return JOINING_DEVIATION
+    return EXACT_DEVIATION if part.stretch.exact else DEVIATION

@@ -11,7 +11,7 @@ from kabo.plan import Segment
 from kabo.scene import Configuration, motion_limits
 from kabo.tasks.robots.motion.insertions import inserts
 from kabo.tasks.robots.motion.parts import MotionPart
-from kabo.tasks.robots.motion.smoothing import DEVIATION, deviation_of, smoothed
+from kabo.tasks.robots.motion.smoothing import AT_GOALS, deviation_of, smoothed
 from kabo.tasks.robots.timed_paths import TIME_DECIMALS, TimedPath, cut
 
 LEAST_SECONDS = 1e-6  # of a segment in which nothing moves: times of way points increase
@@ -43,14 +43,11 @@ def _follows(first: MotionPart, second: MotionPart) -> bool:
     return max(abs(a - b) for a, b in ends) <= JOINED
 
 
-def timed_group(
-    group: Sequence[MotionPart], deviation: float = DEVIATION, limits: MotionLimits | None = None
-) -> tuple[TimedPath, ...]:
+def timed_group(group: Sequence[MotionPart], limits: MotionLimits | None = None) -> tuple[TimedPath, ...]:
     """The motions of a group's parts, one after the other, from time 0 on.
 
     Args:
         group: parts that follow each other without a stop.
-        deviation: how far the motion may pass by way points [rad, L2].
         limits: of the joints that move; None for those of the robot.
 
     Raises:
@@ -65,15 +62,13 @@ def timed_group(
     own = motion_limits(robot, first.joints) if limits is None else limits
     if not first.moves:
         return tuple(cut(timed_path(first.rows, own), first.joints, ()))
-    return smoothed(group, own, deviation_of(first, deviation), first.held).parts
+    return smoothed(group, own, deviation_of(first), first.held, AT_GOALS).parts
 
 
-TimesOf = Callable[[Sequence[MotionPart], float], tuple[TimedPath, ...]]  # as `timed_group`
+TimesOf = Callable[[Sequence[MotionPart]], tuple[TimedPath, ...]]  # as `timed_group`
 
 
-def timed_segments(
-    given: Sequence[tuple[MotionPart, Segment]], deviation: float = DEVIATION, times_of: TimesOf = timed_group
-) -> list[Segment]:
+def timed_segments(given: Sequence[tuple[MotionPart, Segment]], times_of: TimesOf = timed_group) -> list[Segment]:
     """Segments with trajectories, in the given order, each for its part; `times_of` makes those of each group.
 
     A part begins when all before it have ended, or as its stretch says (`since`).
@@ -83,7 +78,7 @@ def timed_segments(
     for group in groups:
         since = group[0].stretch.since
         begin = ended if since is None else begin + since
-        for timed in times_of(group, deviation):
+        for timed in times_of(group):
             made.append(timed.beginning(begin + timed.times[0]).of(given[len(made)][1]))
         ended = max(ended, made[-1].times[-1])
     return made

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from kabo.tasks.robots.motion.resting_strokes import CURVED
 from kabo.tasks.robots.motion.routes import Route, route_of
 from kabo.tasks.robots.motion.smoothing import Smoothed, smoothed, smoothed_within
 from kabo.tasks.robots.motion.timing import groups_of
+from kabo.tasks.robots.scenes import configuration
 from tests.tasks.conftest import DOMAINS, scene_of
 
 PROBLEM = "bartender/four_bottles.yaml"
@@ -118,6 +120,28 @@ def test_it_stays_near_the_way_points_that_were_found() -> None:
         assert np.linalg.norm(q - a - shares[:, None] * steps, axis=1).min() <= DEVIATION + 1e-4
 
 
+def test_where_a_part_ends_the_motion_passes_as_near_as_asked_and_elsewhere_as_far_as_it_may() -> None:
+    way, *others = group()
+    path, limits = way.stretch.path, motion_limits(way.scene.robot("left"), way.joints)
+    aside = 0.5 * (path[0] + path[-1])
+    aside[0] += 0.4
+    corners = [configuration(q) for q in (path[0], aside, path[-1])]
+    halves = [replace(way, stretch=replace(way.stretch, waypoints=(a, b))) for a, b in pairwise(corners)]
+    parts, goal = [*halves, *others], np.array(halves[0].rows[-1])
+    seconds = []
+    for at_goals in (np.inf, 0.1, 0.02):
+        found = smoothed(parts, limits, 0.4, None, at_goals)
+        rows = np.concatenate([timed.trajectory.sampled(1000.0).positions for timed in found.parts])
+        away = np.linalg.norm(rows - goal, axis=1).min()
+        assert away <= at_goals + 1e-4
+        assert found.stops == 0
+        seconds.append(found.parts[-1].times[-1])
+        if at_goals == np.inf:
+            assert away > 0.1
+    assert seconds == sorted(seconds)
+    assert seconds[0] < seconds[-1]
+
+
 def test_next_to_the_object_the_motion_is_straight() -> None:
     """A curve of the joints has no curvature where the motion rests; its way points there are dense."""
     last = made(DEVIATION).parts[-1]
@@ -176,9 +200,9 @@ def test_a_motion_that_is_too_slow_with_the_widest_rounds_is_not_proven(monkeypa
     limits, looked = motion_limits(part.scene.robot("left"), part.joints), list[object]()
     look = smoothing.Rounds.looked_at
     monkeypatch.setattr(smoothing.Rounds, "looked_at", lambda *given: looked.append(given) or look(*given))
-    assert smoothed_within(group(), limits, DEVIATION, None, 0.5 * seconds) is None
+    assert smoothed_within(group(), limits, DEVIATION, None, np.inf, 0.5 * seconds) is None
     assert not looked
-    assert smoothed_within(group(), limits, DEVIATION, None, seconds + 1e-3) == made(DEVIATION)
+    assert smoothed_within(group(), limits, DEVIATION, None, np.inf, seconds + 1e-3) == made(DEVIATION)
     assert looked
 
 
