@@ -142,7 +142,10 @@ def did_you_mean(word: object, known: Iterable[str]) -> str | None:
     """The remedy `did you mean "…"?` with the known word nearest to `word`, or None if none is near, or it is no word."""
     if not isinstance(word, str):
         return None
-    near = difflib.get_close_matches(word, sorted(known), n=1)
+    ordered = sorted(known)
+    near = [each for each in ordered if each.lower() == word.lower()] or difflib.get_close_matches(
+        word, ordered, n=1
+    )
     return f'did you mean "{near[0]}"?' if near else None
 
 

@@ -68,9 +68,10 @@ def chosen(report: Report, solution: int | None, file: str) -> int:
     moving = [number for number, whole in enumerate(found, 1) if "motion" in whole]
     if not moving:
         what = "its solutions move nothing" if found else "the report has no solution"
-        raise InputError(
-            [Diagnostic(file, 1, 1, what, "plan the task in a scene: kabo task plan --scene FILE -o")]
-        )
+        hint = "plan the task in a scene: kabo task plan --scene FILE -o"
+        if not found and "scene" in report:
+            hint = "kabo task show REPORT says which stage never succeeded"
+        raise InputError([Diagnostic(file, 1, 1, what, hint)])
     if solution is None:
         return min(moving, key=lambda number: found[number - 1]["cost"])
     if solution not in moving:

@@ -2,7 +2,7 @@
 
 import pickle
 
-from kabo.errors import Diagnostic, InputError, MeshError, ServiceError
+from kabo.errors import Diagnostic, InputError, MeshError, ServiceError, did_you_mean
 
 
 def test_input_errors_keep_their_findings_on_the_way_to_another_process() -> None:
@@ -24,3 +24,7 @@ def test_service_errors_keep_code_request_and_when_to_ask_again() -> None:
         "r1",
         2.0,
     )
+
+
+def test_a_word_that_differs_in_case_alone_is_the_one_that_was_meant() -> None:
+    assert did_you_mean("moveto", ["move", "MoveTo"]) == 'did you mean "MoveTo"?'

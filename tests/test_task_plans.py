@@ -191,6 +191,34 @@ def test_what_is_no_body_of_the_scene_is_told(guarded: TaskReport, key: str, val
     assert any(words in str(each) for each in judged(guarded, spoil).findings)
 
 
+# Padding of a robot that stands, of what it could take, and a body on a link of it without geometry.
+STANDING = """
+name: standing
+max_solutions: 1
+stages:
+  - {name: start, stage: CurrentState}
+  - {name: thick, stage: Pad, things: [right.link_4, blue], distance: 0.01}
+  - name: tip
+    stage: AddGeometry
+    body: tip
+    shape: {sphere: {radius: 0.01}}
+    parent: right.tool0
+    pose: {position: [0, 0, 0.3]}
+  - {name: take, stage: pick, robot: left, object: red}
+"""
+
+
+def test_what_is_added_to_a_robot_that_does_not_move_stands_with_it(tmp_path: Path):
+    """The judge knew the configurations of robots that move alone, and ended in `KeyError: 'right'`."""
+    path = tmp_path / "standing.yaml"
+    path.write_text(STANDING)
+    report = kabo.plan_task(path, EXAMPLES / "two_arms" / "scene.yaml")
+    found = judged(report)
+    assert found.ok, found
+    for name, size in (("padding of right.link_4", [3.0, 3.0, 3.0]), ("tip", [2.0, 2.0, 2.0])):
+        assert any(name in str(each) for each in judged(report, resized(name, size)).findings)
+
+
 def test_a_change_after_no_segment_is_told(guarded: TaskReport):
     assert any(
         "after segment 99" in str(each) for each in judged(guarded, lambda c: c.update(segment=99)).findings

@@ -28,6 +28,7 @@ from kabo.geometry_server.destinations import Destination as Destination
 from kabo.geometry_server.destinations import family_of_hold as family_of_hold
 from kabo.geometry_server.destinations import grasp_family_of as grasp_family_of
 from kabo.geometry_server.destinations import placement_streams as placement_streams
+from kabo.geometry_server.destinations import why_nowhere as why_nowhere
 from kabo.geometry_server.driving.standing import Standing as Standing
 from kabo.geometry_server.driving.standing import standing_of as standing_of
 from kabo.geometry_server.extras import Extra as Extra

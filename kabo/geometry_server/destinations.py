@@ -13,11 +13,11 @@ from kabo.geometry_server.candidates import (
 )
 from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.driving.standing import standing_of
-from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
+from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, has, rows, standing_frame, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.kinematics import missed, satisfied
 from kabo.language.scene_description import Constraint, GraspFamily
-from kabo.scene import Body, KinematicTree, Region, Robot
+from kabo.scene import Body, KinematicTree, Region, Robot, Scene
 
 HOLD_TOLERANCE = 1e-4  # [m, rad] within which a hold counts as a grasp of a family
 OBSERVED_HOLD = 1e-3  # [m, rad]: the same of a hold that was observed in a run, as `kabo verify` takes it
@@ -58,6 +58,34 @@ def placement_streams(
         for f in chosen
     )
     return [stream for stream in made if stream is not None]
+
+
+def why_nowhere(scene: Scene, name: str, target: Destination, wanted: str = "any") -> str | None:
+    """The reason why no placement family of an object fits the target, wherever everything is; None if one fits."""
+    body, told = scene.bodies[name], []
+    roles = {"this": standing_frame(body, np.eye(4)), "world": WORLD}
+    if target.support is not None:
+        roles["support"] = standing_frame(scene.bodies[target.support], np.eye(4))
+    if target.region is not None:
+        roles["region"] = Frame(0, target.region.world_T_region, {})
+    owners = {"this": name, "support": target.support, "region": target.region and target.region.name}
+    for family in body.placements.values():
+        if wanted not in ("any", family.name):
+            continue
+        named = (each for c in family.constraints if c.kind != "inside" for each in (c.first, c.second))
+        lacking = next((each for each in named if not has(roles, each)), None)
+        if lacking is None:
+            return None
+        if lacking.owner in roles:
+            why = f"which {owners.get(lacking.owner, lacking.owner)} lacks"
+        else:
+            why = (
+                "and "
+                + (f"{owners['region']} has" if target.region is not None else "there is")
+                + f" no {lacking.owner}"
+            )
+        told.append(f"{family.name} names {lacking}, {why}")
+    return f"{name} has no placement family that fits: {'; '.join(told) or 'it has none'}"
 
 
 def grasp_family_of(

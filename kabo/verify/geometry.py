@@ -9,7 +9,7 @@ from kabo.phases import phase
 from kabo.plan import Plan
 from kabo.scene import KeptScenes, Scene, memory_of
 from kabo.verify.certificate.check import check_certificate
-from kabo.verify.motion.added import AddedBodies, Changes, NoBodyError, require_known
+from kabo.verify.motion.added import AddedBodies, Changes, NoBodyError, configurations, require_known
 from kabo.verify.motion.calls import Calls
 from kabo.verify.motion.collision import Tally
 from kabo.verify.motion.components import Components
@@ -64,6 +64,7 @@ def check_geometry(
         added = AddedBodies.of(changes, plan.nodes[plan.root].motion) if changes else None
         if added is not None:
             require_known(added, world)
+            added.begins_at = configurations(components, plan.root)
     except NoBodyError as error:
         findings.append(Finding(plan.root, str(error)))
     if findings:

@@ -110,6 +110,7 @@ def test_a_solution_that_is_complete_when_time_ends_is_told(kabo, walk):
     [
         (["--set", "laebl=a"], 'has no property "laebl"'),
         (["--set", "label"], "write --set name=value"),
+        (["--set", "label=a", "--set", "label=b"], '"label" is given twice'),
         (["--set", "label=a", "reach=far"], '"reach" must be a number, this is "far"'),
         ([], 'walk.yaml:4:3: the name "label" must be given'),
         (["--scene", "walk.yaml", "--set", "label=a"], "a scene is needed here, or a problem with one"),

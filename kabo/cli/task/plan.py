@@ -134,6 +134,8 @@ def given_arguments(file: "rooms.TaskFile", given: list[str]) -> dict[str, Any]:
         elif name not in declared:
             problem = f'the task "{file.name}" has no property "{name}"'
             hint = did_you_mean(name, declared) or f"it has {', '.join(declared) or 'none'}"
+        elif name in values:
+            problem = f'"{name}" is given twice'
         else:
             try:
                 values[name] = rooms.argument_of(declared[name], value)

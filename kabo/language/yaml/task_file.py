@@ -60,7 +60,7 @@ def find_task(path: Path, name: str, findings: Findings) -> TaskDescription | No
     try:
         source = read_source(path, name)
     except UnreadableError as error:
-        findings.add(error.place(name), error.message, error.hint)
+        findings.add_unreadable(name, error)
         return None
     return read_task_text(source, findings)
 

@@ -197,6 +197,11 @@ def load_task_file(path: str | Path) -> TaskFile:
     path = require_path("path", path)
     if str(path) in library_names() and not Path(path).exists():
         path = TASK_LIBRARY / f"{path}.yaml"
+    elif Path(path).name == str(path) and not Path(path).suffix and not Path(path).exists():
+        known = did_you_mean(str(path), library_names()) or f"it has {', '.join(sorted(library_names()))}"
+        raise InputError(
+            [Diagnostic(str(path), 1, 1, "there is no such file, nor such a task of the library", known)]
+        )
     findings = Findings()
     found = find_task_file(Path(path), str(path), findings)
     if found is None:

@@ -129,6 +129,7 @@ def _made(name: str, arguments: Mapping[str, Any]) -> CostTerm:
         if arguments:
             raise NoCost(f"the cost term {name} takes no arguments")
         return term
+    _check_arguments(name, term, arguments)
     try:
         signature(term).bind(**arguments)
     except TypeError as error:
@@ -140,6 +141,19 @@ def _made(name: str, arguments: Mapping[str, Any]) -> CostTerm:
     except TaskError as error:
         raise NoCost(f"the cost term {name}: {error}") from None
     return made
+
+
+def _check_arguments(name: str, term: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
+    """Refuses arguments that a term does not have.
+
+    Raises:
+        NoCost: names the first one, and the nearest that there is.
+    """
+    accepted = signature(term).parameters
+    unknown = next((each for each in arguments if each not in accepted), None)
+    if unknown is not None and not any(each.kind is each.VAR_KEYWORD for each in accepted.values()):
+        hint = did_you_mean(unknown, accepted) or f"it has {', '.join(accepted)}"
+        raise NoCost(f'the cost term {name} has no "{unknown}"', hint)
 
 
 def _sum(weights: Any) -> CostTerm:

@@ -14,6 +14,10 @@ from kabo.errors import did_you_mean
 
 RRT_CONNECT, STRAIGHT, TOOL_LINE = "rrt_connect", "straight", "tool_line"
 PLANNERS = (RRT_CONNECT, STRAIGHT, TOOL_LINE)
+DIRECTIONS = (
+    "{along or against: feature, distance}, {vector: [x, y, z], frame}, {twist: [x, y, z, rx, ry, rz], frame} "
+    "or {joints: {joint: offset}}"
+)
 Wrong = Callable[[Any], str | None]  # why a value is invalid; None: it is valid
 
 
@@ -115,18 +119,16 @@ def direction(value: Any) -> str | None:
     Values of other types are accepted: samplers write them.
     """
     if not isinstance(value, Mapping):
-        return "names no direction" if isinstance(value, (str, Sequence, int, float)) else None
+        return f"is {DIRECTIONS}, not {value!r}" if isinstance(value, (str, Sequence, int, float)) else None
     kinds = [kind for kind in ("along", "against", "vector", "twist", "joints") if kind in value]
     if len(kinds) != 1:
-        return "is one of {along: …}, {against: …}, {vector: …}, {twist: …}, {joints: …}"
+        return f"is {DIRECTIONS}"
     kind, given = kinds[0], value[kinds[0]]
-    extra = (
-        set(value)
-        - {kind}
-        - ({"distance"} if kind in ("along", "against") else {"frame"} if kind != "joints" else set())
-    )
+    beside = {"joints": (), "vector": ("frame",), "twist": ("frame",)}.get(kind, ("distance",))
+    extra = set(value) - {kind, *beside}
     if extra:
-        return f"has no {min(map(str, extra))!r} beside {kind!r}"
+        meant = did_you_mean(min(map(str, extra)), beside)
+        return f"has no {min(map(str, extra))!r} beside {kind!r}{f', {meant}' if meant else ''}"
     if kind == "joints":
         return _offsets(given)
     if kind in ("vector", "twist"):
@@ -154,6 +156,8 @@ def goal(value: Any) -> str | None:
     if targets:
         return _prefixed("point", numbers(value["point"], 3)) if targets == ["point"] else None
     wrong = next((joint for joint, v in value.items() if not (_number(v) and math.isfinite(v))), None)
+    if wrong is not None and isinstance(value[wrong], (Sequence, Mapping)) and not isinstance(value[wrong], str):
+        return f"has no {wrong!r}, {did_you_mean(wrong, ('pose', 'point')) or 'it is a pose, a point, or joints'}"
     return None if wrong is None else f"has a value of {wrong} that is a finite number, not {value[wrong]!r}"
 
 

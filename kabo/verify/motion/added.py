@@ -15,6 +15,7 @@ from kabo.language.scene_description import Shape
 from kabo.plan import ObjectPose, Segment
 from kabo.scene import element_of
 from kabo.verify.motion.collision import Tally, check_pairs
+from kabo.verify.motion.components import Components
 from kabo.verify.motion.contacts.attachment_tree import AttachmentTree
 from kabo.verify.motion.contacts.granted import Permits
 from kabo.verify.motion.scene_model import SceneModel, matrix
@@ -58,6 +59,7 @@ class AddedBodies:
     bodies: tuple[AddedBody, ...]
     permitted: tuple[tuple[Names, float, float], ...]
     tally: Tally = field(default_factory=Tally)
+    begins_at: Mapping[str, Array] = field(default_factory=dict)  # of all robots; those that never move stay there
 
     @classmethod
     def of(cls, changes: Changes, segments: Sequence[Segment]) -> "AddedBodies":
@@ -118,7 +120,7 @@ class AddedBodies:
         for body in self.bodies:
             if not body.within(window):
                 continue
-            placed = _placed(body, paths[0], world, holding)
+            placed = _placed(body, paths[0], world, holding, {**self.begins_at, **holding.q})
             others = things[0] if placed.mount is None else (*things[0], *things[1])
             pairs += [(placed, other) for other in others if _meets(body, placed, other, free, world)]
         if pairs:
@@ -141,14 +143,16 @@ def _meets(body: AddedBody, placed: SweptBody, other: SweptBody, free: set[Names
     return frozenset((body.parent, other.name)) not in free and world.may_meet(body.parent, other.name)
 
 
-def _placed(body: AddedBody, path: Path, world: SceneModel, holding: AttachmentTree) -> SweptBody:
+def _placed(
+    body: AddedBody, path: Path, world: SceneModel, holding: AttachmentTree, q: Mapping[str, Array]
+) -> SweptBody:
     """The body where it stands, or on the robot that moves it."""
     robot, dot, link = body.parent.partition(".")
     mount, pose = None, np.eye(4)
     if dot:
         own = world.arms[robot].mounts[link]
         mount = own if robot in path.arms else None
-        pose = world.arms[robot].pose(holding.q[robot].tolist(), own)
+        pose = world.arms[robot].pose(q[robot].tolist(), own)
     elif body.parent in holding.hung:
         mount = holding.mount(body.parent) if holding.holder(body.parent) in path.arms else None
         pose = holding.pose(body.parent)
@@ -157,6 +161,12 @@ def _placed(body: AddedBody, path: Path, world: SceneModel, holding: AttachmentT
     if mount is not None:
         return SweptBody(body.name, body.surface, mount=mount.carrying(body.parent_T))
     return SweptBody(body.name, body.surface, pose @ body.parent_T)
+
+
+def configurations(components: Components, node: str) -> dict[str, Array]:
+    """The configuration of every robot at a node, if it has one alone there."""
+    found = {robot: components.values(node, (robot,)) for robot in components.scene.robots}
+    return {robot: np.array([*values][0][0]) for robot, values in found.items() if len(values) == 1}
 
 
 def require_known(added: AddedBodies, world: SceneModel) -> None:

@@ -203,3 +203,20 @@ def test_a_reference_of_the_task_itself_is_told_as_such(tmp_path: Path) -> None:
     with pytest.raises(InputError) as told:
         load_task_file(write(tmp_path, text))
     assert "<PARENT:giver> of the task itself (by) refers to nothing: a task has no ancestor" in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("brng.yaml", 'there is no such file\n      = did you mean "bring.yaml"?'),
+        ("pikc", 'there is no such file, nor such a task of the library\n      = did you mean "pick"?'),
+    ],
+)
+def test_a_task_that_is_not_there_is_told_with_the_nearest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, told: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bring.yaml").write_text("name: bring\nstages: []\n")
+    with pytest.raises(InputError) as refused:
+        load_task_file(name)
+    assert told in str(refused.value)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,16 +13,17 @@ from hypothesis import HealthCheck, event, example, given, settings
 from hypothesis import strategies as st
 
 from kabo.geometry_server import Refusal, ScenePredicates, Situation
-from kabo.language import load_scene_description
+from kabo.language import load_problem, load_scene_description
 from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Fallbacks, InitialisationError, Interface, Parent, Result, Task
 from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import STAGES, TaskScene, check_meaning
+from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.stages.strokes import RESOLUTION, farthest
 from tests.conftest import PROPERTY_SCALE
-from tests.tasks.robots.conftest import first
+from tests.tasks.robots.conftest import DOMAINS, first
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "pick_and_place"
 FORCE, BARTENDER = "force_sensing/n2.yaml", "bartender/four_bottles.yaml"
@@ -93,7 +95,32 @@ def start() -> TaskScene:
             lambda: make("AddGeometry", body="b", shape={"sphere": {"radius": 1}}, parent="tabel"),
             "nothing is called 'tabel'",
         ),
+        (
+            lambda: make("MoveRelative", robot="arm", direction={"joints": {"jont_1": 0.1}}),
+            "arm has no joint 'jont_1', did you mean \"joint_1\"?",
+        ),
+        (
+            lambda: make(
+                "MoveRelative",
+                robot="arm",
+                direction={"along": "tool.approach", "distance": 0.1},
+                min_distance=0.2,
+            ),
+            "the least distance, 0.2 m, is above the greatest, 0.1 m",
+        ),
+        (
+            lambda: make("MoveRelative", robot="arm", direction={"vector": [0, 0, 0.1]}, min_distance=0.2),
+            "the least distance, 0.2 m, is above the greatest, 0.1 m",
+        ),
         (lambda: make("Attach", object="table", to="arm"), "table is not movable"),
+        (
+            lambda: make("Attach", object="object", to="arm.tol0"),
+            "arm has no link 'tol0', did you mean \"tool0\"?",
+        ),
+        (lambda: make("Attach", object="object", to="arm", of="amr"), "no robot 'amr', did you mean \"arm\"?"),
+        (lambda: make("Detach", object="object", of="amr"), "the scene has no robot 'amr', did you mean \"arm\"?"),
+        (lambda: make("Detach", object="object", of="arm.tol0"), "arm has no link 'tol0'"),
+        (lambda: make("AllowContact", pairs=[["arm.tol0", "object"]]), 'did you mean "tool0"?'),
         (
             lambda: make("AddGeometry", body="object", shape={"sphere": {"radius": 1}}),
             "the scene has 'object' already",
@@ -189,6 +216,28 @@ def test_a_monitor_that_means_nothing_is_told(stage: dict[str, Any], told: str) 
     monitor = STAGES[kind]("m", "now", robot="left", object="bottle_1", **given)
     with pytest.raises(InitialisationError, match=f"'m': .*{told}"):
         check_meaning(Task("t", STAGES["CurrentState"]("now"), monitor), scene.context.scene)
+
+
+def test_a_place_that_no_placement_family_fits_says_what_is_missing() -> None:
+    """It was "has no placement family that fits", hundreds of times, where the region has no support."""
+    description = load_problem(DOMAINS / BARTENDER).scene
+    assert description is not None
+    bare = replace(description.regions["anywhere"], support=None)
+    scene = load_scene(replace(description, regions=dict(description.regions) | {"anywhere": bare}))
+    stage = STAGES["SamplePlacement"]("p", "now", robot="left", object="bottle_1", region="anywhere")
+    here = first_scene(scene, 0, lambda: False)
+    refused = stage.refute(here.context, here.situation)
+    assert refused is not None and refused.proof
+    assert refused.comment == (
+        "bottle_1 has no placement family that fits: standing names support.top, and anywhere has no support"
+    )
+    given = STAGES["SamplePlacement"](
+        "p", "now", robot="left", object="bottle_1", region="anywhere", support="table"
+    )
+    assert given.refute(here.context, here.situation) is None
+    held = hung(here, "bottle_1", "left.tool0", here.pose("bottle_1"))
+    (again,) = stage.generate(held, PropertyResolver(stage.properties).values(), 0)
+    assert again.comment == refused.comment and again.proof
 
 
 def test_what_a_caller_gives_is_not_asked_for_before_it_is_given() -> None:

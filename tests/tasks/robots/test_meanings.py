@@ -111,13 +111,22 @@ def refused(folder: Path, stage: str) -> str:
             "{name: s, stage: MoveTo, robot: arm, goal: {j1: .nan}}",
             "a value of j1 that is a finite number, not '.nan'",
         ),
+        (
+            "{name: s, stage: MoveTo, robot: arm, goal: {pse: {position: [0, 0, 1]}}}",
+            "no 'pse', did you mean \"pose\"?",
+        ),
+        (
+            "{name: s, stage: MoveRelative, robot: arm, direction: {vector: [0, 0, 1], fram: world}}",
+            "no 'fram' beside 'vector', did you mean \"frame\"?",
+        ),
+        ("{name: s, stage: MoveRelative, robot: arm, direction: up}", "{vector: [x, y, z], frame}"),
         ("{name: s, stage: MoveTo, robot: arm, goal: [0, up]}", '"goal" of "s" is 2 finite numbers'),
         ("{name: s, stage: AllowContact, pairs: []}", '"pairs" of "s" has no pairs'),
         ("{name: s, stage: AllowContact, pairs: [[a, b]], links: touching}", "all or touch"),
         ("{name: s, stage: Wait, robot: '', duration: 1}", '"robot" of "s" names nothing'),
         ("{name: s, stage: Wait, robot: arm, duration: -1}", "at least 0"),
         ("{name: s, stage: AddGeometry, body: b, shape: {box: [1, 1, 0]}}", "sizes above 0"),
-        ("{name: s, stage: Limit, max_solutions: -1, wrapped: {name: n, stage: NoOp}}", "at least 0"),
+        ("{name: s, stage: Limit, max_solutions: -1, wrapped: {name: n, stage: NoOp}}", "at least 0, not -1"),
     ],
 )
 def test_a_file_is_told_where_its_value_means_nothing(tmp_path: Path, stage: str, told: str) -> None:

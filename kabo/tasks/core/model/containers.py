@@ -31,8 +31,10 @@ class Container(Stage):
         """Inserts a stage at the end, or before `index` (negative numbers count from the end), and returns it.
 
         Raises:
-            TaskError: the stage is in a container already, or would contain itself.
+            TaskError: it is no stage, is in a container already, or would contain itself.
         """
+        if not isinstance(child, Stage):
+            raise TaskError(f"{self.name!r} holds stages, and {child!r} is none: make one, as NoOp('name')")
         if child.parent is not None:
             raise TaskError(f"stage {child.name!r} is in {child.parent.name!r} already; a stage has one parent")
         holder: Stage | None = self
@@ -180,7 +182,7 @@ class Limit(Wrapper):
             int,
             1,
             "how many solutions of its child; 0: it is not asked",
-            lambda n: None if n >= 0 else "is at least 0",
+            lambda n: None if n >= 0 else f"is at least 0, not {n}",
         )
     }
 

@@ -46,6 +46,11 @@ class Attach(RobotStage, Propagator):
         ),
     }
 
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Messages for a link or a robot that the scene lacks."""
+        yield from _no_link(self.known("to"), scene)
+        yield from _no_robot(self.known("of"), scene)
+
     def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """A proof that the object is part of the scene, or too heavy for the gripper."""
         name, (robot, _, _) = self.known("object"), str(self.known("to")).partition(".")
@@ -91,6 +96,11 @@ class Detach(RobotStage, Propagator):
             meanings.name,
         ),
     }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Messages for a link or a robot that the scene lacks."""
+        yield from _no_robot(self.known("of"), scene)
+        yield from _no_link(self.known("of"), scene)
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with the object released into the world.
@@ -274,12 +284,25 @@ def _added(stage: Stage) -> frozenset[str] | None:
 
 
 def _unknown(name: str, scene: Scene, added: frozenset[str] | None) -> Iterator[str]:
-    robot, dot, link = name.partition(".")
-    if dot and robot in scene.robots and link not in scene.robots[robot].links:
-        yield f"{robot} has no link {link!r}; it has {', '.join(scene.robots[robot].links)}"
+    robot, dot, _ = name.partition(".")
+    yield from _no_link(name, scene)
     known = {*scene.bodies, *scene.robots, SUPPORTS, *(added or ())}
     if added is not None and (robot if dot else name) not in (scene.robots if dot else known):
         yield f"nothing is called {name!r}, {did_you_mean(name, known) or 'there are ' + ', '.join(sorted(known))}"
+
+
+def _no_link(name: str | None, scene: Scene) -> Iterator[str]:
+    robot, dot, link = (name or "").partition(".")
+    if dot and robot in scene.robots and link not in scene.robots[robot].links:
+        links = scene.robots[robot].links
+        yield f"{robot} has no link {link!r}, {did_you_mean(link, links) or 'it has ' + ', '.join(links)}"
+
+
+def _no_robot(name: str | None, scene: Scene) -> Iterator[str]:
+    robot = (name or "").partition(".")[0]
+    if robot and robot not in scene.robots:
+        hint = did_you_mean(robot, scene.robots) or f"it has {', '.join(scene.robots) or 'none'}"
+        yield f"the scene has no robot {robot!r}, {hint}"
 
 
 def _movers(scene: TaskScene, pair: Pair) -> list[str]:

@@ -18,6 +18,7 @@ from kabo.geometry_server import (
     tool_frame,
     uncontained,
     wherever,
+    why_nowhere,
 )
 from kabo.language.scene_description import Mate
 from kabo.scene import Region, Robot, Scene
@@ -63,12 +64,10 @@ class SamplePlacement(RobotStage, Monitor):
             text = f"{robot.name} does not hold {name}"
             return [Refusal("constraint", text, reads=frozenset({name}), proof=True)]
         place = _place(scene.context, properties["region"], properties["support"])
-        streams = placement_streams(scene.context, robot, name, place, scene.situation, properties["family"])
-        if not streams:
-            return [Refusal("empty_family", f"{name} has no placement family that fits", reads=frozenset({name}))]
-        never = _uncontained(scene.context, name, place, properties["family"])
+        never = _never(scene.context, name, place, properties["family"])
         if never is not None:
             return [never]
+        streams = placement_streams(scene.context, robot, name, place, scene.situation, properties["family"])
         if place.support is not None:
             scene = scene.permitting([(name, place.support)])
         held = held_properties(scene, robot, name)
@@ -89,13 +88,14 @@ class SamplePlacement(RobotStage, Monitor):
         yield from family_faults(self, scene, "placements")
 
     def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
-        """A proof that the region can never contain the object, or is out of reach, however the object is held."""
+        """A proof that nothing fits the object there, or that the region is out of reach, however the object is held."""
         known = self._known(context)
         if known is None:
             return None
         robot, name, region = known
         place = _place(context, region.name, self.known("support"))
-        never = _uncontained(context, name, place, self.known("family") or ANY)
+        ask = _uncontained if self.undecided("support") else _never
+        never = ask(context, name, place, self.known("family") or ANY)
         if never is not None:
             return never
         missing = region_missing(robot, context.scene.bodies[name], region, tool_frame(robot))
@@ -135,6 +135,12 @@ class SamplePlacement(RobotStage, Monitor):
         if robot not in scene.robots or name not in scene.bodies or region not in scene.regions:
             return None
         return scene.robots[robot], name, scene.regions[region]
+
+
+def _never(context: ProcedureContext, name: str, place: Destination, wanted: str) -> Refusal | None:
+    """The proof that no placement family fits the place, or that the object does not fit the region; None without one."""
+    why = why_nowhere(context.scene, name, place, wanted)
+    return Refusal("empty_family", why, proof=True) if why else _uncontained(context, name, place, wanted)
 
 
 def _uncontained(context: ProcedureContext, name: str, place: Destination, wanted: str) -> Refusal | None:

@@ -1,7 +1,7 @@
 """Relative motions: the tool along a straight line or a twist, or joints by offsets [T 3.2]."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,14 +18,14 @@ from kabo.geometry_server import (
     tool_frame,
 )
 from kabo.kinematics import project
-from kabo.scene import Scene
+from kabo.scene import Robot, Scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import PARENT, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
-from kabo.tasks.robots.motion.configurations import with_joints
+from kabo.tasks.robots.motion.configurations import NoConfigurationError, with_joints
 from kabo.tasks.robots.motion.directions import direction_of
 from kabo.tasks.robots.motion.keeping import kept, not_kept
 from kabo.tasks.robots.motion.paths import blocked, length, straight
@@ -89,11 +89,13 @@ class MoveRelative(RobotStage, Propagator):
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
         """Messages for crossed bounds, bounds of joints, no distance, or a constraint that applies to nothing held."""
         given, low, high = (self.known(key) for key in ("direction", "min_distance", "max_distance"))
-        if low is not None and high is not None and low > high:
-            yield f"the least distance, {low:g} m, is above the greatest, {high:g} m"
+        greatest = _longest(given) if high is None and not self.undecided("max_distance") else high
+        if low is not None and greatest is not None and low > greatest:
+            yield _crossed(low, greatest)
         if isinstance(given, Mapping):
             if "joints" in given and (low is not None or high is not None):
                 yield "offsets of joints have no least or greatest distance"
+            yield from _strange(scene.robots.get(self.known("robot")), given.get("joints", ()))
             bounded = high is not None or self.undecided("max_distance") or given.get("distance") is not None
             if ("along" in given or "against" in given) and not bounded:
                 yield "the direction has no distance, and there is no greatest one"
@@ -105,6 +107,8 @@ class MoveRelative(RobotStage, Propagator):
         if isinstance(keep, Refusal):
             return keep
         attempt, low, high = _length_and_bounds(scene, properties, sense)
+        if low > high:
+            return Refusal("constraint", _crossed(low, high))
 
         def tried(distance: float) -> Way:
             found = attempt(distance)
@@ -145,6 +149,31 @@ def farthest(attempt: Callable[[float], Way], low: float, high: float) -> Way:
         else:
             best, proven = found, middle
     return best
+
+
+def _crossed(low: float, high: float) -> str:
+    return f"the least distance, {low:g} m, is above the greatest, {high:g} m"
+
+
+def _longest(given: Any) -> float | None:
+    """The greatest length that a direction of a file says by itself; None if it says none, or is about rotations."""
+    if not isinstance(given, Mapping):
+        return None
+    if "vector" in given:
+        return float(np.linalg.norm(np.asarray(given["vector"], float)))
+    distance = given.get("distance")
+    return distance[-1] if isinstance(distance, Sequence) else distance
+
+
+def _strange(robot: Robot | None, joints: Iterable[str]) -> Iterator[str]:
+    """Messages for joints that a robot does not have."""
+    if robot is None:
+        return
+    for joint in joints:
+        try:
+            with_joints(robot, np.zeros(len(robot.joint_names)), {joint: 0.0})
+        except NoConfigurationError as error:
+            yield str(error)
 
 
 def _nowhere(distance: float) -> Way:

@@ -138,6 +138,8 @@ def test_a_stage_has_one_parent_and_no_container_holds_itself():
     Serial("a", stage)
     with pytest.raises(TaskError, match="one parent"):
         Serial("b", stage)
+    with pytest.raises(TaskError, match="'c' holds stages, and 'pick' is none"):
+        Serial("c", "pick")
     outer = Serial("outer", inner := Serial("inner"))
     with pytest.raises(TaskError, match="cannot contain itself"):
         inner.add(outer)
