@@ -79,11 +79,8 @@ def why_nowhere(scene: Scene, name: str, target: Destination, wanted: str = "any
         if lacking.owner in roles:
             why = f"which {owners.get(lacking.owner, lacking.owner)} lacks"
         else:
-            why = (
-                "and "
-                + (f"{owners['region']} has" if target.region is not None else "there is")
-                + f" no {lacking.owner}"
-            )
+            who = "there is" if target.region is None else f"{target.region.name} has"
+            why = f"and {who} no {lacking.owner}"
         told.append(f"{family.name} names {lacking}, {why}")
     return f"{name} has no placement family that fits: {'; '.join(told) or 'it has none'}"
 

@@ -16,6 +16,8 @@ from kabo.arrays import Array, Integers
 from kabo.motion.bernstein import derivative, values
 
 SNAPPED = 1e-9  # [rad or m]: a place on the path that is closer to a way point is this way point
+Row = tuple[float, ...]
+Rows = tuple[Row, ...]
 BACKWARDS = 1e-3  # [rad or m]: how far a motion against the direction of a piece counts as being from it
 INNER_SAMPLES = 3  # inside each piece of a motion, where places on the path are looked for
 
@@ -24,16 +26,27 @@ def require_way_points(waypoints: Sequence[Sequence[float]]) -> None:
     """Checks the path of a motion.
 
     Raises:
-        ValueError: there is no way point, or a value is not finite, or too large for a float.
+        ValueError: a value is not finite, or too large for a float.
     """
-    if not waypoints:
-        raise ValueError("a path has one way point or more, and this one has none")
     try:
         finite = all(map(isfinite, chain.from_iterable(waypoints)))
     except OverflowError:  # a whole number of Python has no bounds
         finite = False
     if not finite:
         raise ValueError("a value of a way point is not a finite number")
+
+
+def divided_path(padded: Array, times: Array, waypoints: Sequence[Row], time: float) -> tuple[Rows, Rows]:
+    """The path that a motion follows until `time`, and the one from then on; of a motion without a path both are empty."""
+    if not waypoints:
+        return (), ()
+    path = (*waypoints, *waypoints) if len(waypoints) == 1 else tuple(waypoints)  # from a place to itself
+    index, place = place_on_path(padded, times, np.asarray(path), time)
+    first, second, point = path[: index + 1], path[index + 1 :], tuple(map(float, place))
+    return (
+        first if first[-1] == point and len(first) > 1 else (*first, point),
+        second if second[0] == point and len(second) > 1 else (point, *second),
+    )
 
 
 def path_deviations(times: Array, padded: Array, waypoints: Array, passing: Array) -> Array:

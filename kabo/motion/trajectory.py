@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from kabo.arrays import Array
 from kabo.given import refuse, require_given, require_number, shown
 from kabo.motion.bernstein import MAX_DEGREE, derivative, ranges, recentred, values
-from kabo.motion.following import place_on_path, require_way_points
+from kabo.motion.following import Rows, divided_path, require_way_points
 from kabo.motion.rounding import rounded_coefficients
 
 TIME_DECIMALS = 9  # of times that are computed from others: whole microseconds stay whole
@@ -28,7 +28,6 @@ _NESTED = "coefficients must be a tuple of numbers for each joint of each piece"
 _OF_ARRAYS = {np.ndarray: "`Trajectory.of_arrays` takes arrays"}
 
 Coefficients = tuple[tuple[tuple[float, ...], ...], ...]
-Rows = tuple[tuple[float, ...], ...]
 
 
 class Samples(NamedTuple):
@@ -46,7 +45,8 @@ class Trajectory:
 
     Attributes:
         joints: the names of the n joints, in the order of the way points.
-        waypoints: the path that is followed, m configurations of n values, straight in joint space between them.
+        waypoints: the path that is followed, m configurations of n values, straight in joint space between them; none
+            where nobody asks for one.
         times: the k + 1 ends of the k pieces [s], strictly increasing, counted as in the node's motion.
         coefficients: for each piece and each joint at most six numbers, in increasing powers of the time since the
             beginning of the piece [rad or m, and s].
@@ -125,8 +125,8 @@ class Trajectory:
         Raises:
             ArgumentError: a coefficient is no number, or tuples are not nested as they must be.
             ValueError: times do not increase, numbers are not finite, or there are not a piece between two times each, a
-                polynomial of degree 5 or less for each joint, a value of each joint in each way point, at least
-                one way point, and no deviation below 0.
+                polynomial of degree 5 or less for each joint, a value of each joint in each way point, and no
+                deviation below 0.
         """
         try:
             self._require_form()
@@ -261,19 +261,16 @@ class Trajectory:
         later = self.padded[inner:].copy()
         if not on_border:
             later[0] = recentred(later[0], np.full(len(self.joints), time - self.times[inner]))
-        path = self.waypoints * (2 if len(self.waypoints) == 1 else 1)  # from a place to itself
-        index, place = place_on_path(self.padded, self.knots, np.asarray(path), time)
-        first, second = path[: index + 1], path[index + 1 :]
-        point = tuple(map(float, place))
+        first, second = divided_path(self.padded, self.knots, self.waypoints, time)
         before = replace(
             self,
-            waypoints=first if first[-1] == point and len(first) > 1 else (*first, point),
+            waypoints=first,
             times=(*self.times[:k], float(time)),
             coefficients=self.coefficients[:k],
         )
         after = replace(
             self,
-            waypoints=second if second[0] == point and len(second) > 1 else (point, *second),
+            waypoints=second,
             times=(float(time), *self.times[k + on_border :]),
             coefficients=_trimmed(later),
         )
@@ -299,7 +296,7 @@ class Trajectory:
         apart = float(np.abs(end - other.padded[0, :, 0]).max(initial=0.0))
         if apart > SAME_PLACE:
             raise ValueError(f"the second motion begins {apart:.2g} rad or m away from the end of the first")
-        same = self.waypoints[-1] == other.waypoints[0]
+        same = self.waypoints[-1:] == other.waypoints[:1] != ()
         return replace(
             self,
             waypoints=self.waypoints + other.waypoints[same:],
