@@ -109,7 +109,7 @@ def hastened(
         tries: the number of changes.
         vain: the number of changes in a row that may be none for the better.
     """
-    search = _Search(parts[0])
+    search = _Search(parts)
     best = _Hastened(tuple(parts), smoothed(parts, search.limits, search.deviation, search.held, AT_GOALS))
     width, since = WIDEST, 0
     for draws in _Draws.all(key, tries, len(parts[0].joints)):
@@ -124,11 +124,12 @@ def hastened(
 class _Search:
     """What does not change from one change of a motion to the next."""
 
-    def __init__(self, first: MotionPart) -> None:
+    def __init__(self, parts: Sequence[MotionPart]) -> None:
+        first = parts[0]
         robot = first.scene.robot(first.stretch.robot)
         self.limits, self.held = motion_limits(robot, first.joints), first.held
         self.lower, self.upper = (bound[first.columns] for bound in (robot.tree.lower, robot.tree.upper))
-        self.deviation, self.columns = deviation_of(first), first.columns
+        self.deviation, self.columns = deviation_of(parts), first.columns
 
     def faster(self, best: _Hastened, number: int, draws: _Draws, width: float) -> _Hastened | None:
         """The motion with a change of one of its ways; None if it is not proven, or not faster."""

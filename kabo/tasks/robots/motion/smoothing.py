@@ -22,6 +22,7 @@ from kabo.tasks.robots.timed_paths import TimedPath, cut
 DEVIATION = (
     0.4  # rad, L2: how far a motion may pass by a way point that a search found, where nobody says otherwise
 )
+DRIVEN_DEVIATION = 0.2  # the same where the base drives: chords of wider rounds take too much of what is proven
 AT_GOALS = 0.2  # rad, L2: the same where a stage reaches its goal
 EXACT_DEVIATION = 1e-3  # rad, L2: the same where the motion keeps its shape
 JOINING_DEVIATION = 2e-6  # rad, L2: the same where parts are put together
@@ -194,8 +195,10 @@ def nearness_of(parts: Sequence[MotionPart], curves: frozenset[int], within: flo
     return max(within, LEAST_TOLERANCE)
 
 
-def deviation_of(part: MotionPart) -> float:
-    """How far the motion of a part may pass by its way points [rad, L2]."""
-    if inserts(part):
+def deviation_of(parts: Sequence[MotionPart]) -> float:
+    """How far a motion through parts may pass by their way points [rad, L2]."""
+    if inserts(parts[0]):
         return JOINING_DEVIATION
-    return EXACT_DEVIATION if part.stretch.exact else DEVIATION
+    if parts[0].stretch.exact:
+        return EXACT_DEVIATION
+    return DRIVEN_DEVIATION if any(part.drives for part in parts) else DEVIATION

@@ -62,7 +62,7 @@ def timed_group(group: Sequence[MotionPart], limits: MotionLimits | None = None)
     own = motion_limits(robot, first.joints) if limits is None else limits
     if not first.moves:
         return tuple(cut(timed_path(first.rows, own), first.joints, ()))
-    return smoothed(group, own, deviation_of(first), first.held, AT_GOALS).parts
+    return smoothed(group, own, deviation_of(group), first.held, AT_GOALS).parts
 
 
 TimesOf = Callable[[Sequence[MotionPart]], tuple[TimedPath, ...]]  # as `timed_group`
