@@ -112,9 +112,8 @@ class Watch:
         self._since = 0.0  # from when on robots may be late, on the motion's clock [s]
         self._resting: Mapping[str, Sequence[float]] = {}  # the values of all joints before the motion
         self._corners = {name: scene.bodies[name].mesh.box_corners for name in scene.movable}
-        positions_at(
-            np.zeros(2), np.zeros((1, 1, 6)), np.zeros(1)
-        )  # the kernel is loaded now, not while robots move
+        # The kernel is loaded now, not while robots move.
+        positions_at(np.zeros(2), np.zeros((1, 1, 6)), np.zeros(1))
 
     def begin(self, motion: Motion, belief: Belief) -> None:
         """Begins a motion, and its figures; `belief`: where all is before it."""

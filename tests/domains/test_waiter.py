@@ -11,7 +11,7 @@ import kabo
 from kabo.explain.explain import explanation_to_json
 from kabo.plan import Plan, schema
 from kabo.scene import BASE_VALUES, Scene, world_T
-from kabo.tasks.robots.motion.smoothing import DEVIATION
+from kabo.tasks.robots.motion.smoothing import DRIVEN_DEVIATION
 from tests.domains.scenes import DOMAINS, problem_of, scene_of
 
 FOLDER = DOMAINS / "waiter"
@@ -88,7 +88,9 @@ def test_a_robot_that_travels_in_a_configuration_folds_its_arm_before_it_drives(
                 base, arm = steps[:, :BASE_VALUES].sum(axis=1), steps[:, BASE_VALUES:].sum(axis=1)
                 driven += int((base > 0.0).sum())
                 both = np.minimum(base, arm).max()  # where one ends and the other begins, the corner is rounded
-                assert both <= 2.0 * DEVIATION or steps[:, :2].sum() < 1.0  # short ways are not worth folding
+                assert (
+                    both <= 2.0 * DRIVEN_DEVIATION or steps[:, :2].sum() < 1.0
+                )  # short ways are not worth folding
     assert driven > 4
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from kabo.geometry_server import GeometryServer, Situation, start_findings
 from kabo.geometry_server.foresight.tipping import ROOM, tipping, tips_over
@@ -114,6 +115,25 @@ def test_what_is_put_down_beside_its_support_tips_over_unless_something_else_car
         (0.306, (False, True, False)),  # as near to the wall as a hair, which it may not touch
     ):
         assert tuple(let_go(each, (x, 0.0, 0.12)) for each in (alone, two, leaning)) == wanted, x
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_is_said_of_a_place_does_not_depend_on_places_before(tmp_path: Path, seed: int) -> None:
+    """What a scene's bodies carry is kept as long as the scene is loaded."""
+    random = np.random.default_rng(seed)
+    described = gantry_problem(tmp_path, things={"cube": (-0.2, 0.3, 0.02)}, walls={"block": BLOCK}).scene
+    assert described is not None
+    used, said = GeometryServer(load_scene(described)).surroundings, set()
+    for _ in range(40):
+        angle, tilt = random.uniform(0.0, 6.3), random.choice([0.0, 1e-7, np.pi / 2, np.pi])
+        turn = Rotation.from_euler("zx", [angle, tilt])
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = turn.as_matrix(), random.uniform([0.27, -0.1, 0.12], [0.32, 0.1, 0.12])
+        fresh = GeometryServer(load_scene(described)).surroundings
+        found = tips_over(used, Situation.of(used.scene.start), "cube", pose, "block")
+        assert found == tips_over(fresh, Situation.of(fresh.scene.start), "cube", pose, "block")
+        said.add(found is None)
+    assert said == {True, False}
 
 
 def test_what_is_put_down_beside_a_round_support_falls(tmp_path: Path) -> None:

@@ -19,11 +19,11 @@ from kabo.tasks.robots.motion.rounds import Rounds
 from kabo.tasks.robots.motion.routes import Refused, Route, route_of
 from kabo.tasks.robots.timed_paths import TimedPath, cut
 
-DEVIATION = (
-    0.4  # rad, L2: how far a motion may pass by a way point that a search found, where nobody says otherwise
-)
-DRIVEN_DEVIATION = 0.2  # the same where the base drives: chords of wider rounds take too much of what is proven
-AT_GOALS = 0.2  # rad, L2: the same where a stage reaches its goal
+DEVIATION = 0.4  # rad, L2: how far a motion may pass by a way point, where nobody says otherwise
+# rad, L2: the same where the base drives. Chords of wider rounds are farther from them, and all of the robot with it: too
+# little of the clearance would be proven.
+DRIVEN_DEVIATION = 0.2
+AT_GOALS = 0.2  # rad, L2: the same where a stage reaches its goal, which a person has chosen
 EXACT_DEVIATION = 1e-3  # rad, L2: the same where the motion keeps its shape
 JOINING_DEVIATION = 2e-6  # rad, L2: the same where parts are put together
 THINNING_SHARE = 0.1  # share of the deviation that may be used by leaving out way points

@@ -1,5 +1,6 @@
 """Motion through several parts: corners as round as their proofs allow, proven with what the trajectory deviates."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -13,14 +14,15 @@ from kabo.motion import Timed, rounded_path, timed_path
 from kabo.planner.refine.legs import legs_of
 from kabo.scene import motion_limits
 from kabo.tasks.procedures import GeometricProcedures
-from kabo.tasks.robots.motion import smoothing
+from kabo.tasks.robots.motion import smoothing, timing
 from kabo.tasks.robots.motion.curves import curves_of, finer_samples
 from kabo.tasks.robots.motion.parts import MotionPart
 from kabo.tasks.robots.motion.resting_strokes import CURVED
 from kabo.tasks.robots.motion.routes import Route, route_of
-from kabo.tasks.robots.motion.smoothing import Smoothed, smoothed, smoothed_within
-from kabo.tasks.robots.motion.timing import groups_of
+from kabo.tasks.robots.motion.smoothing import Smoothed, deviation_of, smoothed, smoothed_within
+from kabo.tasks.robots.motion.timing import groups_of, timed_group
 from kabo.tasks.robots.scenes import configuration
+from kabo.tasks.robots.timed_paths import TimedPath
 from tests.tasks.conftest import DOMAINS, scene_of
 
 PROBLEM = "bartender/four_bottles.yaml"
@@ -120,19 +122,43 @@ def test_it_stays_near_the_way_points_that_were_found() -> None:
         assert np.linalg.norm(q - a - shares[:, None] * steps, axis=1).min() <= DEVIATION + 1e-4
 
 
-def test_where_a_part_ends_the_motion_passes_as_near_as_asked_and_elsewhere_as_far_as_it_may() -> None:
+def by_a_goal() -> tuple[list[MotionPart], np.ndarray]:
+    """The parts of a motion by a goal that is aside of its way, and this goal."""
     way, *others = group()
-    path, limits = way.stretch.path, motion_limits(way.scene.robot("left"), way.joints)
+    path = way.stretch.path
     aside = 0.5 * (path[0] + path[-1])
     aside[0] += 0.4
     corners = [configuration(q) for q in (path[0], aside, path[-1])]
     halves = [replace(way, stretch=replace(way.stretch, waypoints=(a, b))) for a, b in pairwise(corners)]
-    parts, goal = [*halves, *others], np.array(halves[0].rows[-1])
+    return [*halves, *others], np.array(halves[0].rows[-1])
+
+
+def nearest(parts: Sequence[TimedPath], goal: np.ndarray) -> float:
+    rows = np.concatenate([timed.trajectory.sampled(1000.0).positions for timed in parts])
+    return float(np.linalg.norm(rows - goal, axis=1).min())
+
+
+def test_times_of_plans_pass_goals_nearer_than_other_corners(monkeypatch: pytest.MonkeyPatch) -> None:
+    parts, goal = by_a_goal()
+    assert 0.1 < nearest(timed_group(parts), goal) <= smoothing.AT_GOALS < smoothing.DEVIATION
+    monkeypatch.setattr(timing, "AT_GOALS", 0.02)
+    assert nearest(timed_group(parts), goal) <= 0.02
+
+
+def test_where_the_base_drives_corners_are_passed_nearer(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert deviation_of(group()) == smoothing.DEVIATION
+    monkeypatch.setattr(MotionPart, "drives", True)
+    driving = [replace(part) for part in group()]
+    assert deviation_of(driving) == smoothing.DRIVEN_DEVIATION < smoothing.DEVIATION
+
+
+def test_where_a_part_ends_the_motion_passes_as_near_as_asked_and_elsewhere_as_far_as_it_may() -> None:
+    parts, goal = by_a_goal()
+    limits = motion_limits(parts[0].scene.robot("left"), parts[0].joints)
     seconds = []
     for at_goals in (np.inf, 0.1, 0.02):
         found = smoothed(parts, limits, 0.4, None, at_goals)
-        rows = np.concatenate([timed.trajectory.sampled(1000.0).positions for timed in found.parts])
-        away = np.linalg.norm(rows - goal, axis=1).min()
+        away = nearest(found.parts, goal)
         assert away <= at_goals + 1e-4
         assert found.stops == 0
         seconds.append(found.parts[-1].times[-1])
