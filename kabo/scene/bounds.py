@@ -9,6 +9,7 @@ from kabo.errors import Diagnostic, did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import SceneDescription
 from kabo.meshes import Mesh
+from kabo.scene.mimic_limits import LIMITS_ARE_FROM
 from kabo.scene.robots import Robot
 from kabo.scene.tree import PRISMATIC
 
@@ -124,5 +125,5 @@ def _beyond_limits(description: SceneDescription, name: str, robot: Robot) -> It
             if not low - LIMIT_SLACK <= value <= high + LIMIT_SLACK:
                 at = place or Place("scene", 1, 1)
                 said = f"{what}: {joint} = {value:.6g} is outside its limits [{low:.6g}, {high:.6g}]"
-                hint = f'they are those of robot "{name}", from its URDF or its `limits`'
+                hint = f'they are those of robot "{name}": {LIMITS_ARE_FROM.removeprefix("they are ")}'
                 yield Diagnostic(at.file, at.line, at.column, said, hint, at.length)

@@ -14,7 +14,6 @@ from kabo.scene.motion_limits import ONSET, RAMP
 
 DEFAULT_VELOCITY = math.pi  # [rad/s or m/s] where neither URDF nor scene gives a velocity limit
 MIN_VELOCITY = 1e-6  # [rad/s or m/s]: rounding of plans is faster than a joint below; 0 in a URDF stands for none
-MAX_VELOCITY = 100.0  # [rad/s or m/s]: this and more in a URDF stands for none, no joint is as fast
 RATES = ("velocity", "acceleration", "jerk")
 
 

@@ -14,7 +14,8 @@ from kabo.language.formulas import Place
 from kabo.language.scene_description import DriveDescription, GripperDescription, RobotDescription
 from kabo.scene.driving_robots import base_first, full_configurations, on_floor, with_base_joints
 from kabo.scene.elements import Element
-from kabo.scene.joint_limits import MAX_VELOCITY, joint_rates
+from kabo.scene.joint_limits import joint_rates
+from kabo.scene.mimic_limits import LIMITS_ARE_FROM, MAX_VELOCITY, MimicJoint, narrowed, slowed
 from kabo.scene.robot_semantics import with_groups, with_semantics
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
 from kabo.scene.semantics import Groups
@@ -25,7 +26,8 @@ from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
 from kabo.scene.urdf_files.native_messages import names_in, with_messages
 
-CONTINUOUS_JOINT_LIMIT = 2.0 * math.pi  # [rad] of a continuous joint, to either side
+CONTINUOUS_JOINT_LIMIT = 2.0 * math.pi  # [rad] of a continuous joint, to either side, unless the scene limits it
+MOST_TURNS = 1000.0  # [rad] to which a scene may let a continuous joint turn: rounding of sines stays below 1e-12
 
 
 def load_robot(
@@ -128,7 +130,7 @@ def _z_to(axis: Array) -> Array:
 def _assemble(
     description: RobotDescription,
     model: Any,
-    mimics: Mapping[str, tuple[str, float, float]],
+    mimics: Mapping[str, MimicJoint],
     elements: Mapping[str, tuple[Element, ...]],
     gripper_joints: tuple[str, ...],
     places: Mapping[str, Place],
@@ -154,8 +156,10 @@ def _assemble(
         kinds.append(kind_axis[0])
         turns.append(_z_to(kind_axis[1]))
     actuation = _actuation(model, names, mimics, description)
-    rates = joint_rates(description, names, len(planned), _velocities(model, names))
-    tree = _tree(model, kinds, turns, actuation, description.limits, rates.velocity)
+    speeds = {name: slowed(name, own, mimics) for name, own in _velocities(model, names).items()}
+    rates = joint_rates(description, names, len(planned), speeds)
+    limits = [_range(model, name, mimics, description) for name in names]
+    tree = _tree(model, kinds, turns, actuation, limits, rates.velocity)
     links = _links(model, turns, elements, places, zones)
     return Robot(
         description.name,
@@ -198,27 +202,72 @@ def _links(
 def _actuation(
     model: Any,
     names: tuple[str, ...],
-    mimics: Mapping[str, tuple[str, float, float]],
+    mimics: Mapping[str, MimicJoint],
     description: RobotDescription,
 ) -> Actuation:
     source, ratio, shift = [0], [0.0], [0.0]
     for j in range(1, model.njoints):
         name, factor, offset = model.names[j], 1.0, 0.0
         if name in mimics:
-            name, factor, offset = mimics[name]
+            mimic = mimics[name]
+            name, factor, offset = mimic.source, mimic.multiplier, mimic.offset
         if name in names:
             source.append(names.index(name))
-        elif model.names[j] in mimics and name not in list(model.names):
+        elif name not in list(model.names):
             raise refusal(description.place, f'joint "{model.names[j]}" mimics the unknown joint "{name}"')
-        else:  # a joint that is not planned stands at zero, within its limits
-            i = model.joints[j].idx_q
-            lower, upper = model.lowerPositionLimit[i], model.upperPositionLimit[i]
-            stand = 0.0 if model.joints[j].nq > 1 else float(min(max(0.0, lower), upper))
+        else:
             source.append(0)
-            factor, offset = 0.0, stand
+            factor, offset = 0.0, factor * _stand(model, name, mimics) + offset
         ratio.append(factor)
         shift.append(offset)
     return Actuation(tuple(source), tuple(ratio), tuple(shift))
+
+
+def _range(
+    model: Any, name: str, mimics: Mapping[str, MimicJoint], description: RobotDescription
+) -> tuple[float, float]:
+    """The limits of a joint [rad or m]: those of the URDF, within those of the scene.
+
+    Raises:
+        InputError: nothing is within all limits, or a continuous joint is to turn too far.
+    """
+    lower, upper = _range_in_urdf(model, name)
+    endless = model.joints[model.getJointId(name)].nq > 1
+    if endless and name in description.limits:
+        lower, upper = -MOST_TURNS, MOST_TURNS
+    lower, upper, mimic = narrowed(name, lower, upper, mimics)
+    if mimic is not None:
+        raise refusal(
+            mimic.place,
+            mimic.impossible(lower, upper),
+            "correct the limits of one of them, or multiplier and offset",
+        )
+    if name not in description.limits:
+        return lower, upper
+    low, high = description.limits[name]
+    place = description.limit_places.get(name) or description.place
+    if endless and max(abs(low), abs(high)) > MOST_TURNS:
+        said = f'the limits [{low:g}, {high:g}] of the continuous joint "{name}" reach beyond {MOST_TURNS:g} rad'
+        raise refusal(place, said, "leave them out: it then turns by 360 deg to either side")
+    if low > upper or high < lower:
+        said = f'the limits [{low:g}, {high:g}] of "{name}" are outside those of its URDF, {lower:g} to {upper:g}'
+        raise refusal(
+            place, said, "a scene can only make the range of a joint narrower; change the URDF if it is wrong"
+        )
+    return max(lower, low), min(upper, high)
+
+
+def _range_in_urdf(model: Any, name: str) -> tuple[float, float]:
+    joint = model.joints[model.getJointId(name)]
+    if joint.nq > 1:
+        return -CONTINUOUS_JOINT_LIMIT, CONTINUOUS_JOINT_LIMIT
+    return float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
+
+
+def _stand(model: Any, name: str, mimics: Mapping[str, MimicJoint]) -> float:
+    """Where a joint that is not planned stands: at zero, or as near as its limits and those of its mimics allow."""
+    lower, upper, _ = narrowed(name, *_range_in_urdf(model, name), mimics)
+    return float(min(max(0.0, lower), upper))
 
 
 def _tree(
@@ -226,7 +275,7 @@ def _tree(
     kinds: list[int],
     turns: list[Array],
     actuation: Actuation,
-    limits: Mapping[str, tuple[float, float]],
+    limits: Sequence[tuple[float, float]],
     speeds: Mapping[str, float],
 ) -> KinematicTree:
     placement = np.zeros((model.njoints, 12))
@@ -235,14 +284,7 @@ def _tree(
         parent, pose = model.parents[j], model.jointPlacements[j]
         placement[j, :9] = (turns[parent].T @ pose.rotation @ turns[j]).ravel()
         placement[j, 9:] = turns[parent].T @ pose.translation
-    lower, upper = np.empty(len(speeds)), np.empty(len(speeds))
-    for i, name in enumerate(speeds):
-        joint = model.joints[model.getJointId(name)]
-        endless = joint.nq > 1
-        lower[i] = -CONTINUOUS_JOINT_LIMIT if endless else model.lowerPositionLimit[joint.idx_q]
-        upper[i] = CONTINUOUS_JOINT_LIMIT if endless else model.upperPositionLimit[joint.idx_q]
-        low, high = limits.get(name, (lower[i], upper[i]))
-        lower[i], upper[i] = max(lower[i], low), min(upper[i], high)
+    lower, upper = np.array(limits, np.float64).reshape(-1, 2).T.copy()
     return KinematicTree(
         np.array(list(model.parents), dtype=np.int64),
         np.array(kinds, dtype=np.int64),
@@ -298,7 +340,7 @@ def _check_configurations(description: RobotDescription, robot: Robot) -> None:
             if not low <= value <= high:
                 limits = f"[{low:.6g}, {high:.6g}]"
                 text = f'configuration "{name}": {joint} = {value:.6g} is outside its limits {limits}'
-                raise refusal(description.place, text, "they are those of the URDF, or of `limits` in the scene")
+                raise refusal(description.place, text, LIMITS_ARE_FROM)
 
 
 def _check_structure(description: RobotDescription, robot: Robot) -> None:

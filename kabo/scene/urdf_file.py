@@ -17,6 +17,7 @@ from kabo.language.robot_files.xml_files import Collected
 from kabo.language.scene_description import Shape
 from kabo.meshes import load_mesh, outwards
 from kabo.scene.elements import Element
+from kabo.scene.mimic_limits import MimicJoint, mimic_joint
 from kabo.scene.semantics import JointEnds
 from kabo.scene.shapes import element_of
 from kabo.scene.urdf_files.checks import check
@@ -37,7 +38,7 @@ class UrdfFile:
 
     path: Path
     elements: Mapping[str, tuple[Element, ...]]
-    mimics: Mapping[str, tuple[str, float, float]]  # joint -> (source, multiplier, offset)
+    mimics: Mapping[str, MimicJoint]  # each follows a joint that moves on its own
     kinematics: str  # a URDF text of the checked links and joints alone, for pinocchio
     places: Mapping[str, Place]  # of the links
     joints: Mapping[str, JointEnds]
@@ -122,15 +123,17 @@ def _told_of(urdf: Urdf, link: str, shape: Tag) -> Iterator[None]:
 _MESH_REMEDY = "export the mesh again, or give the link a box, cylinder or sphere"
 
 
-def _mimics(urdf: Urdf) -> dict[str, tuple[str, float, float]]:
-    """The rules of mimic joints; a joint that mimics a mimic joint follows the one that moves."""
+def _mimics(urdf: Urdf) -> dict[str, MimicJoint]:
+    """The mimic joints; a joint that mimics a mimic joint follows the one that moves."""
     rules = {name: rule for name, joint in named(urdf, "joint") if (rule := mimic_of(urdf, joint)) is not None}
     for name, (source, factor, offset) in list(rules.items()):
         while source in rules:
             source, ratio, shift = rules[source]
             factor, offset = factor * ratio, factor * shift + offset
         rules[name] = source, factor, offset
-    return rules
+    return {
+        name: mimic_joint(urdf, name, joint, rules[name]) for name, joint in named(urdf, "joint") if name in rules
+    }
 
 
 def _origin(urdf: Urdf, element: Tag) -> Array:

@@ -42,7 +42,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Least:
-    """The least distance that was measured between a moving body and any other body [m], and where."""
+    """The least distance that was measured between a moving body and any other body [m], and where; no bound elsewhere."""
 
     distance: float
     bodies: tuple[str, str]
@@ -117,7 +117,8 @@ class Report:
         motions: the number of nodes whose motion was checked.
         pairs: the number of pairs of bodies that were proven apart along a motion.
         distances: the number of these pairs for which distances between meshes were needed.
-        least: the least distance that was measured between a moving body and any other body, and where.
+        least: the least distance that was measured between a moving body and any other body, and where. Elsewhere they may
+            come nearer, though they never touch: distances are measured only where a proof needs them.
         certificate: the result of checking the plan's certificate; None without one.
         certificate_gaps: why the plan has no certificate, although one was requested.
         trajectories: how much of each limit the trajectories use, and how far they deviate; None if there are none.
@@ -215,8 +216,8 @@ class Report:
             lines.append(f"geometry: {self.motions} motions, {self.pairs} pairs of bodies along them")
         if self.least is not None:
             first, second = self.least.bodies
-            where = f"{first} and {second}, {self.least.node} at {self.least.time:.3f} s"
-            lines.append(f"least distance measured: {1000 * self.least.distance:.2f} mm ({where})")
+            where = f"({first} and {second}, {self.least.node} at {self.least.time:.3f} s); elsewhere bodies may come nearer"
+            lines.append(f"least distance measured: {1000 * self.least.distance:.2f} mm {where}")
         if self.trajectories is not None:
             lines.extend(self.trajectories.lines())
         if self.certificate is not None:

@@ -106,6 +106,11 @@ WRONG = [
     ("limits: {elbo: [0, 1]}", 8, 14, 'unknown joint "elbo" in the limits', 'did you mean "elbow"?'),
     ("velocity: {shoulder: 1.5}", 8, 26, 'velocity 1.5 of "shoulder" is above the 1 of its URDF',
      SLOWER),
+    ("limits: {elbow: [3, 4]}", 8, 14, 'the limits [3, 4] of "elbow" are outside those of its URDF, -2.5 to 2.5',
+     "a scene can only make the range of a joint narrower; change the URDF if it is wrong"),
+    ("limits: {turn: [-2000, 0]}", 8, 14,
+     'the limits [-2000, 0] of the continuous joint "turn" reach beyond 1000 rad',
+     "leave them out: it then turns by 360 deg to either side"),
     ("velocity: 30", 8, 15, "velocity 30 is above those of all joints in the URDF: 3 at most", SLOWER),
 ]  # fmt: skip
 
@@ -137,3 +142,13 @@ def test_all_these_limits_may_come_from_a_robot_model(tmp_path: Path) -> None:
     assert limits_of(scene.robots["one"]).acceleration.tolist() == [2.0] * 4
     assert limits_of(scene.robots["two"]).acceleration.tolist() == [3.0] * 4
     assert limits_of(scene.robots["two"]).jerk.tolist() == [9.0] * 4
+
+
+@pytest.mark.parametrize(
+    ("given", "lower", "upper"), [("[-7, 7]", -7.0, 7.0), ("[3 deg, 720 deg]", 0.05236, 12.56637)]
+)
+def test_limits_of_a_continuous_joint_are_kept_as_given(
+    given: str, lower: float, upper: float, tmp_path: Path
+) -> None:
+    tree = robot(tmp_path, f"limits: {{turn: {given}}}").tree
+    assert (tree.lower[2], tree.upper[2]) == pytest.approx((lower, upper), abs=1e-5)

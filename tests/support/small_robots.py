@@ -18,7 +18,7 @@ ARM = """<robot name="small">
   <joint name="finger" type="prismatic"><parent link="hand"/><child link="left"/><origin xyz="0 0 0.02"/>
     <axis xyz="1 0 0"/><limit lower="0" upper="0.04" velocity="0.1" effort="1"/></joint>
   <joint name="other_finger" type="prismatic"><parent link="hand"/><child link="right"/><origin xyz="0 0 0.02"/>
-    <axis xyz="-1 0 0"/><limit lower="0" upper="0.08" velocity="0.1" effort="1"/><mimic joint="finger" multiplier="2" offset="0.001"/></joint>
+    <axis xyz="-1 0 0"/><limit lower="0" upper="0.081" velocity="0.2" effort="1"/><mimic joint="finger" multiplier="2" offset="0.001"/></joint>
 </robot>
 """
 

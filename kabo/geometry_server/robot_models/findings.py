@@ -20,7 +20,7 @@ from kabo.language.formulas import Place
 from kabo.language.scene_description import RobotDescription, SceneDescription
 from kabo.meshes import Mesh, require_closed
 from kabo.scene import Robot, Scene, link_poses, load_scene
-from kabo.scene.joint_limits import MAX_VELOCITY
+from kabo.scene.mimic_limits import MAX_VELOCITY
 from kabo.scene.semantics import findings as semantic_findings
 from kabo.scene.semantics import spelled
 from kabo.scene.transforms import flat

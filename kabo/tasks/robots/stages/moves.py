@@ -105,8 +105,8 @@ class MoveTo(RobotStage, Propagator):
             yield "`of` says what is to be at a pose or a point, and the goal is neither"
         if self.known("straight") and (self.known("group") == "gripper" or goal in (OPEN, CLOSED)):
             yield "`straight` is for the arm, and only the gripper moves"
-        if self.known("straight") and self.known("planner") not in (None, RRT_CONNECT):
-            yield "`straight` leaves no choice of a planner"
+        if self.known("straight") and "planner" in self.properties.given:
+            yield "`straight` leaves no choice of a planner: leave one of the two out"
         if keep and (self.known("group") or ("gripper" if goal in (OPEN, CLOSED) else "arm")) == "gripper":
             yield "`keep` is for the arm, and only the gripper moves"
         yield from keep_faults(self, start)

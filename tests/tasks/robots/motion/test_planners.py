@@ -110,6 +110,13 @@ def test_straight_for_the_hand_is_a_fault():
     assert list(stage.faults(scene().context.scene)) == ["`straight` is for the arm, and only the gripper moves"]
 
 
+@pytest.mark.parametrize("planner", ["rrt_connect", "straight", ["tool_line", "rrt_connect"]])
+def test_a_straight_motion_leaves_no_choice_of_a_planner(planner: str | list[str]):
+    stage = MoveTo("line", robot="arm", goal={"joint1": 0.1}, straight=True, planner=planner)
+    told = list(stage.faults(scene().context.scene))
+    assert "`straight` leaves no choice of a planner: leave one of the two out" in told
+
+
 def test_straight_in_the_joints_is_one_piece_or_names_what_is_in_the_way():
     here = scene()
     found = planned_way(here, "arm", near(here), "test", planners="straight")
