@@ -45,7 +45,7 @@ def _values(robot: "Robot", where: Where, now: "Configuration", name: str) -> Ar
             return np.array(now[: robot.planned])
         if where not in known:
             what = f"{robot.name} has no configuration {shown(where)}"
-            raise fault(name, what, suggested(where, known))
+            raise fault(name, what, suggested(where, (*known, *(() if "start" in known else ("start",)))))
         return np.array(known[where], np.float64)
     values = np.array(now[: robot.planned])
     for joint, value in (where if isinstance(where, Mapping) else _in_order(robot, where, name)).items():

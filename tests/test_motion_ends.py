@@ -41,3 +41,19 @@ def test_numbers_of_numpy_are_values(scene: Scene):
 def test_a_configuration_that_is_called_nearly_so_is_suggested(scene: Scene):
     with pytest.raises(InputError, match='did you mean "home"'):
         ends_of(scene, scene.robots["arm"], "hom", "home")
+
+
+@pytest.mark.parametrize(
+    ("name", "remedy"),
+    [
+        ("nowhere", "there are home, start"),
+        ("hom", 'did you mean "home"?'),
+        ("strat", 'did you mean "start"?'),
+        ("Home", 'did you mean "home"?'),
+        ("", "there are home, start"),
+    ],
+)
+def test_a_name_of_no_configuration_is_told_with_those_that_there_are(scene: Scene, name: str, remedy: str):
+    with pytest.raises(InputError, match="arm has no configuration") as told:
+        ends_of(scene, scene.robots["arm"], "home", name)
+    assert told.value.diagnostics[0].hint == remedy

@@ -216,7 +216,7 @@ class Report:
             lines.append(f"geometry: {self.motions} motions, {self.pairs} pairs of bodies along them")
         if self.least is not None:
             first, second = self.least.bodies
-            where = f"({first} and {second}, {self.least.node} at {self.least.time:.3f} s); elsewhere bodies may come nearer"
+            where = f"({first} and {second}, {self.least.node} at {self.least.time:.3f} s); elsewhere they may come nearer"
             lines.append(f"least distance measured: {1000 * self.least.distance:.2f} mm {where}")
         if self.trajectories is not None:
             lines.extend(self.trajectories.lines())
