@@ -30,7 +30,7 @@ class Surface:
     mesh: Mesh  # all triangles, those around round shapes, too
     rounds: tuple[Shape, ...]
     others: tuple[Mesh, ...]  # what is not round
-    hull: Any  # coal convex hull, or None for flat or tiny meshes
+    hull: Any  # coal convex hull, or None for flat or tiny meshes, and where a corner has too many neighbours
     hull_vertices: Array  # (H, 3)
     is_convex: bool  # its triangles are those of the hull, as far as areas tell
     centre: Array  # (3,) of a ball around it
@@ -100,16 +100,19 @@ def identity(mesh: Mesh, elements: Sequence[Element]) -> bytes:
 
 
 def _hull(vertices: Array) -> tuple[Any, Array, float]:
-    """The convex hull for coal, its vertices, and its area; None, all vertices, and 0 if they span no volume."""
+    """The convex hull for coal, its vertices, and its area; None, all vertices, and 0 if they span no volume.
+
+    None, too, if a corner has more neighbours than coal counts (255), as the tip of a fine cone: the mesh tells all then.
+    """
     try:
         found = ConvexHull(vertices)
-    except QhullError:
+        corners = np.ascontiguousarray(vertices[found.vertices])
+        points = coal.StdVec_Vec3s()
+        for corner in corners:
+            points.append(corner)
+        return coal.Convex.convexHull(points, False, "Qt"), corners, float(found.area)
+    except (QhullError, RuntimeError):
         return None, vertices, 0.0
-    corners = np.ascontiguousarray(vertices[found.vertices])
-    points = coal.StdVec_Vec3s()
-    for corner in corners:
-        points.append(corner)
-    return coal.Convex.convexHull(points, False, "Qt"), corners, float(found.area)
 
 
 def _witnesses(vertices: Array, faces: Integers) -> Array:

@@ -63,3 +63,10 @@ def test_a_flat_mesh_has_a_surface_without_a_hull():
     sheet = of(flat)
     assert sheet.hull is None and hull_gap(sheet, at(0), CUBE, at(0, 0, 5)) == 0.0
     assert mesh_distance(sheet, at(0), CUBE, at(0, 0, 1)) == pytest.approx(0.5, abs=1e-6)
+
+
+def test_a_body_one_corner_of_which_has_hundreds_of_neighbours_is_judged_by_its_mesh():
+    cone = of(trimesh.creation.cone(radius=0.5, height=1.0, sections=600))  # coal's hulls have at most 255
+    assert cone.hull is None
+    assert hull_gap(cone, at(0), BALL, at(0.7)) == 0.0
+    assert mesh_distance(cone, at(0), BALL, at(0.7)) == pytest.approx(0.1, abs=1e-3)
