@@ -280,3 +280,10 @@ def test_links_without_their_meshes_are_judged_at_any_precision(cans_scene: Scen
 @pytest.fixture(scope="module")
 def cans_scene() -> Scene:
     return load_scene(Path(__file__).parents[2] / "examples" / "two_cans" / "scene.yaml")
+
+
+def test_a_finger_by_itself_is_an_arm(tmp_path: Path) -> None:
+    path = tmp_path / "finger.urdf"
+    path.write_text(KNOT.replace('name="a"', 'name="finger_base"').replace('name="b"', 'name="finger_tip"'))
+    model = make_robot_model(path, None, name="finger", epsilon=0.01)
+    assert (model.hand.arm, model.hand.joints) == (("finger_base", "finger_tip"), ())

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.scene.semantics import JointEnds
@@ -54,7 +55,21 @@ class Tree:
         return self.joints[joint].kind != "fixed"
 
     def is_hand(self, joint: str) -> bool:
-        """Whether a joint that moves is a gripper's: by its name, or as one of several that move links of such names."""
+        """Whether a joint that moves is a gripper's: by its name, or as one of several that move links of such names.
+
+        Where each joint would be one, none is: a finger or a hand by itself is an arm.
+        """
+        return joint in self._named_as_hand and not self._named_as_hand.issuperset(self._moving)
+
+    @cached_property
+    def _moving(self) -> frozenset[str]:
+        return frozenset(name for name in self.joints if self.moves(name) and name not in self.mimics)
+
+    @cached_property
+    def _named_as_hand(self) -> frozenset[str]:
+        return frozenset(name for name in self.joints if self._is_named_as_hand(name))
+
+    def _is_named_as_hand(self, joint: str) -> bool:
         ends = self.joints[joint]
         if not self.moves(joint):
             return False
