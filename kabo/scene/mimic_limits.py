@@ -15,6 +15,7 @@ from kabo.scene.urdf_files.elements import Urdf
 MAX_VELOCITY = 100.0  # [rad/s or m/s]: this and more in a URDF stands for none, no joint is as fast
 LIMITS_ARE_FROM = "they are those of the URDF (and of the joints that mimic it there), or of `limits` in the scene"
 LEAST_ROOM = 1e-9  # [rad or m]: a range that is no wider is a single value
+DECIMALS = 12  # of a limit that is computed: kabo verify grants 1e-8
 LEAST_MULTIPLIER = 1e-9  # of a mimic joint: one below stands still, whatever its source does
 
 
@@ -40,7 +41,8 @@ class MimicJoint:
         """The least and the greatest value of the source at which this joint keeps its limits [rad or m]."""
         if abs(self.multiplier) < LEAST_MULTIPLIER:
             return -math.inf, math.inf
-        ends = [(bound - self.offset) / self.multiplier for bound in (self.lower, self.upper)]
+        # Rounded, so that 0.03 at 0.8 q + 0.002 is 0.035 and not a little less, where a scene could not name the end.
+        ends = [round((bound - self.offset) / self.multiplier, DECIMALS) for bound in (self.lower, self.upper)]
         return min(ends), max(ends)
 
     def impossible(self, lower: float, upper: float) -> str:

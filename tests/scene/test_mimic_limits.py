@@ -81,3 +81,9 @@ def test_a_configuration_outside_the_limits_of_a_mimic_joint_is_told_with_where_
             "configurations: {wide: [0, 0.035]}",
         )
     assert "joints that mimic it" in str(caught.value)
+
+
+def test_the_end_of_a_narrowed_range_can_be_named(tmp_path: Path) -> None:
+    limit, mimic = "<limit lower='0' upper='0.03'/>", FINGER.format("0.8", "0.002")
+    found = robot(tmp_path, limit, mimic, "configurations: {wide: [0, 0.035]}")
+    assert found.tree.upper[1] == 0.035
