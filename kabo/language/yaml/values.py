@@ -236,6 +236,9 @@ class Reader:
 
     def length(self, node: YamlNode | None, what: str) -> float | None:
         """A length above zero [m]: a number of metres, or one with its unit, such as `5mm`."""
+        if node is not None and not isinstance(node, Scalar):
+            self.findings.add(node.place, f"{what} must be a length", "write 5mm, or a number of metres")
+            return None
         scalar = self.scalar(node, what)
         found = None if scalar is None else _LENGTH.fullmatch(scalar.text.strip())
         if scalar is None or found is None:

@@ -16,7 +16,7 @@ WRONG = [
     ("uncertain: {table: «5 inches»}", 'the error of "table" must be a number, this is "5 inches"', None),
     ("uncertain: {table: «5000 m»}", 'the error of "table" reaches farther than 1000 m: 5000',
      "lengths are metres; move the scene to its origin"),
-    ("uncertain: {table: «[1]»}", 'the error of "table" must be text, this is a list', None),
+    ("uncertain: {table: «[1]»}", 'the error of "table" must be a length', "write 5mm, or a number of metres"),
 ]  # fmt: skip
 
 
