@@ -47,7 +47,7 @@ class MimicJoint:
 
     def impossible(self, lower: float, upper: float) -> str:
         """The message that this joint is outside its limits wherever its source is within [lower, upper]."""
-        rule = f"{self.multiplier:g} times its value, and {self.offset:g}"
+        rule = f"{self.multiplier:g} times its value plus {self.offset:g}"
         return (
             f'joint "{self.name}" follows "{self.source}" ({rule}), and is outside its own limits {self.lower:g} to '
             f"{self.upper:g} wherever that is within {lower:g} to {upper:g}"

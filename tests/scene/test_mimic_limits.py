@@ -58,7 +58,7 @@ def test_a_mimic_joint_that_is_never_within_its_limits_is_refused_at_its_place(t
     (found,) = caught.value.diagnostics
     assert (Path(found.file).name, found.line) == ("r.urdf", 9)
     assert found.message == (
-        'joint "other" follows "finger" (1 times its value, and 0.01), and is outside its own limits 0.1 to 0.2 wherever '
+        'joint "other" follows "finger" (1 times its value plus 0.01), and is outside its own limits 0.1 to 0.2 wherever '
         "that is within -0.02 to 0.04"
     )
     assert found.hint == "correct the limits of one of them, or multiplier and offset"
