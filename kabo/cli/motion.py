@@ -125,7 +125,10 @@ def where(
     parts = [part.strip() for part in text.split(",")]
     if "=" in text:
         found: dict[str, float] = {}
-        for name, _, value in (part.partition("=") for part in parts):
+        for name, equals, value in (part.partition("=") for part in parts):
+            if not equals or not value.strip():
+                message = f"{name.strip()!r} has no value"
+                raise InputError([Diagnostic(option, 1, 1, message, "write joint=0.1,joint=-45deg,…")])
             if name.strip() in found:
                 message = f"{name.strip()!r} is given twice"
                 raise InputError([Diagnostic(option, 1, 1, message, "give each joint once")])

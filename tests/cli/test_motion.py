@@ -50,6 +50,8 @@ def test_values_may_begin_with_a_negative_one(goal: str):
         (["--to", "panda_joint1=x"], "is no value of a joint"),
         (["--to", "1\n2"], "is no value of a joint"),
         (["--to", "panda_joint1=1,panda_joint1=2"], "is given twice"),
+        (["--to", "panda_joint1=1,panda_joint2"], "'panda_joint2' has no value"),
+        (["--to", "panda_joint1="], "'panda_joint1' has no value"),
         (["--to", "home", "--robot", "arn"], 'did you mean "arm"?'),
         (["--to", "home", "--keep", "upright"], "no motion constraint"),
         (["--to", "home", "--holding", "cam_1"], 'did you mean "can_1"?'),
