@@ -112,11 +112,10 @@ class Reader:
         self.findings.add(scalar.place, message, 'write one formula a line after "- ", or put it in double quotes')
 
     def _report_no_text(self, node: YamlNode, what: str) -> None:
-        kind = "a list" if isinstance(node, Sequence) else "a mapping"
         hint = None
         if isinstance(node, Mapping) and not node.flow:
             hint = 'a formula that contains ": " must stand in double quotes'
-        self.findings.add(node.place, f"{what} must be text, this is {kind}", hint)
+        self.findings.add(node.place, f"{what} must be text, this is {_kind(node)}", hint)
 
     # ----------------------------------------------------------------------------------------------- scalars
     def scalar(self, node: YamlNode | None, what: str) -> Scalar | None:
@@ -157,6 +156,9 @@ class Reader:
 
     def number(self, node: YamlNode | None, what: str, *, angle: bool = False) -> float | None:
         """A finite number; with `angle`, radians or degrees with the suffix `deg`."""
+        if node is not None and not isinstance(node, Scalar):
+            self.findings.add(node.place, f"{what} must be a number, this is {_kind(node)}")
+            return None
         scalar = self.scalar(node, what)
         if scalar is None:
             return None
@@ -298,7 +300,8 @@ class Reader:
         if node is None:
             return None
         if not isinstance(node, Sequence):
-            self.findings.add(node.place, f"{what} must be a list of {count or 'some'} numbers: [0, 0, 0]")
+            example = ", ".join(["0"] * (3 if count is None else count))
+            self.findings.add(node.place, f"{what} must be a list of {count or 'some'} numbers: [{example}]")
             return None
         if count is not None and len(node.items) != count:
             self.findings.add(node.place, f"{what} must have {count} numbers, not {len(node.items)}", hint)
@@ -314,6 +317,10 @@ class Reader:
 
 def _short(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "…"
+
+
+def _kind(node: YamlNode) -> str:
+    return "a list" if isinstance(node, Sequence) else "a mapping"
 
 
 def _without_unit(text: str, angle: bool) -> str | None:

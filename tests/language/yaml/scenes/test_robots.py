@@ -31,7 +31,7 @@ WRONG_SENSORS = [
         "`range` is [least, greatest] distance of what is seen, above 0 m and at most 1000 m",
         "write [0.1, 1.5]",
     ),
-    ("{eye: {frame: a, field_of_view: 1, range: «0.5»}}", "`range` must be a list of 2 numbers: [0, 0, 0]", None),
+    ("{eye: {frame: a, field_of_view: 1, range: «0.5»}}", "`range` must be a list of 2 numbers: [0, 0]", None),
     (
         "{eye: {frame: a, field_of_view: 1, range: [0.1, 1], pose: {«frame»: b}}}",
         'unknown key "frame" of the pose of a sensor in its frame',
