@@ -14,6 +14,7 @@ from kabo.errors import Diagnostic, InputError
 from kabo.options import LARGEST_CLEARANCE
 
 FORMAT, OLD_FORMAT = "kabo-task/2", "kabo-task/1"
+MAX_REPORTED = 100  # solutions, and failures, of one stage in a report; all are counted
 _OTHER_FILES = {"kabo-plan": "it is a plan", "kabo-state": "it is the state of a run"}
 MAX_COUNT, MAX_DEPTH = 2**53, 1000  # the largest count, the largest depth of a stage, that a report may have
 # The names in the published schema of objects whose classes are called otherwise here.
