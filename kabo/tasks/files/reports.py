@@ -159,7 +159,7 @@ def _why(task: Task, paths: Mapping[int, str]) -> Why:
 
 
 def _examples(failures: Sequence[Solution]) -> Iterator[str]:
-    """What failures say, with the distance that is missing where what bodies keep from each other alone refuses them."""
+    """What failures say, with the distance or the permission of a contact that is missing, if that alone refuses them."""
     relaxed: dict[int, ProcedureContext] = {}
     for failure in failures:
         if not failure.comment:
@@ -172,7 +172,15 @@ def _examples(failures: Sequence[Solution]) -> Iterator[str]:
 
             known = relaxed.setdefault(id(given.context), nothing_kept(given.context))
             missing = missing_distance(failure.details, known)
-        yield failure.comment if missing is None else missing
+        yield missing or _permission(failure) or failure.comment
+
+
+def _permission(failure: Solution) -> str | None:
+    if getattr(failure.details, "question", None) is None:
+        return None
+    from kabo.tasks.robots.motion.missing_permissions import missing_permission  # as above
+
+    return missing_permission(failure.details)
 
 
 def _stage(task: Task, stage: Stage, scene: "Scene | None") -> StageFigures:
