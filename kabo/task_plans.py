@@ -18,6 +18,7 @@ from kabo.options import Options
 from kabo.plan import Plan, plan_from_json
 from kabo.plan.writing import FORMAT
 from kabo.tasks.files.motions import state_in
+from kabo.tasks.files.needed_contacts import with_needed_contacts
 from kabo.tasks.files.planned import TaskReport, load_report
 from kabo.tasks.files.report_form import FORMAT as REPORT_FORMAT
 from kabo.tasks.files.report_form import OLD_FORMAT, ChangeReport, MotionReport, Report, StateReport
@@ -116,7 +117,7 @@ def plan_of_solution(
         "problem": {"name": report["task"], "files": _files(scene, description)},
         "options": _options(report, number, epsilon),
         "root": NODE,
-        "nodes": {NODE: _node(report["task"], motion, before, after), GOAL: {"kind": "goal"}},
+        "nodes": {NODE: _node(report["task"], motion, before, after, scene), GOAL: {"kind": "goal"}},
         "start": before,
     }
     plan = plan_from_json(json.dumps(content), file=f"solution {number}")
@@ -147,10 +148,10 @@ def _certified(plan: Plan, scene: "Scene", epsilon: float, clearance: float) -> 
     return certified(plan, GeometryServer(scene, epsilon, clearance=clearance).surroundings)[0]
 
 
-def _node(task: str, motion: MotionReport, before: State, after: State) -> dict[str, Any]:
+def _node(task: str, motion: MotionReport, before: State, after: State, scene: "Scene") -> dict[str, Any]:
     segments = [
         {"allowed_contacts": [], "constraint": None, "procedure": task, **segment}
-        for segment in motion["segments"]
+        for segment in with_needed_contacts(motion, before["objects"], scene)
     ]
     made: dict[str, Any] = {"kind": "action", "action": task, "arguments": {}, "next": GOAL, "motion": segments}
     changed = {

@@ -269,7 +269,9 @@ def test_a_task_whose_time_is_up_writes_what_it_found(tmp_path):
 @pytest.mark.parametrize(("form", "code"), [((), 0), (("--json",), 4)])
 def test_a_task_that_is_killed_after_its_report_is_written_says_so(form, code, tmp_path, capfd, monkeypatch):
     monkeypatch.setattr("kabo.cli.waiting.watch.process_began", time.perf_counter)
-    given = parser().parse_args(["task", "plan", "t.yaml", "-o", str(tmp_path / "r.json"), "--timeout", "0.2", *form])
+    given = parser().parse_args(
+        ["task", "plan", "t.yaml", "-o", str(tmp_path / "r.json"), "--timeout", "0.2", *form]
+    )
 
     def run(options: argparse.Namespace) -> int:
         options.surrounding.on_known({"exit_code": 0}, "r.json")

@@ -26,7 +26,9 @@ def _resting(asked: MotionQuestion, pair: Pair) -> str | None:
     for situation in _situations(asked):
         for name, other in (pair, pair[::-1]):
             if name in situation.objects and other in rests_on(scene.context.surroundings, situation, name):
-                return f"{name} rests on {other} there; if it may, AllowContact of both is missing before this stage"
+                return (
+                    f"{name} rests on {other} there; if it may, AllowContact of both is missing before this stage"
+                )
     return None
 
 

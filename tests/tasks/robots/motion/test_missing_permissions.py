@@ -12,9 +12,12 @@ HAND = """      - {name: allow contact of hand and object, stage: AllowContact, 
 SURFACE = """      - {name: allow contact of object and surface, stage: AllowContact, pairs: [[<PARENT:object>, <PARENT:surface>]]}
 """
 TEXT = (EXAMPLE / "task.yaml").read_text()
-DOWN = TEXT.split("  - {name: move to place")[0].replace("distance: [0.01, 0.1]", "distance: [0.1, 0.1]") + """
+DOWN = (
+    TEXT.split("  - {name: move to place")[0].replace("distance: [0.01, 0.1]", "distance: [0.1, 0.1]")
+    + """
   - {name: down, stage: MoveRelative, direction: {vector: [0, 0, -LENGTH]}}
 """
+)
 
 
 def examples(folder, text):
