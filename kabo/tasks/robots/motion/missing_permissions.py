@@ -42,11 +42,13 @@ def _situations(asked: MotionQuestion) -> Iterator[Situation]:
 def _closing(asked: MotionQuestion, pair: Pair) -> str | None:
     """Why a motion of the gripper alone meets what it takes."""
     robot = asked.scene.robot(asked.robot)
+    if robot.gripper is None or len(asked.waypoints) < 2:  # the latter: it is not asked about a motion
+        return None
     arm = np.array(asked.waypoints)[:, : robot.planned]
-    if robot.gripper is None or len(arm) < 2 or np.any(arm != arm[0]):
+    if np.any(arm != arm[0]):
         return None
     for link, name in (pair, pair[::-1]):
-        if link.partition(".")[0] == robot.name and name in asked.scene.situation.objects:
-            if link in robot.gripper.touch_links:
-                return f"if the hand is to take it, AllowContact of {robot.name} and {name} is missing before this stage"
+        if link in robot.gripper.touch_links and name in asked.scene.situation.objects:
+            permit = f"AllowContact of {robot.name} and {name} is missing before this stage"
+            return f"if the hand is to take it, {permit}"
     return None

@@ -7,11 +7,6 @@ import pytest
 import kabo
 
 EXAMPLE = Path(__file__).resolve().parents[4] / "examples" / "pick_and_place"
-HAND = """      - {name: allow contact of hand and object, stage: AllowContact, pairs: [[<PARENT:robot>, <PARENT:object>]], links: touch}
-"""
-SURFACE = """      - {name: allow contact of object and surface, stage: AllowContact, pairs: [[<PARENT:object>, <PARENT:surface>]]}
-"""
-TEXT = (EXAMPLE / "task.yaml").read_text()
 DOWN = (
     TEXT.split("  - {name: move to place")[0].replace("distance: [0.01, 0.1]", "distance: [0.1, 0.1]")
     + """
@@ -50,3 +45,10 @@ def test_what_is_put_down_without_permission_is_told_where_the_way_ends(tmp_path
 def test_a_collision_that_is_no_contact_is_told_by_its_pair_alone(tmp_path):
     blamed, said = examples(tmp_path, DOWN.replace("LENGTH", "0.15"))
     assert blamed == "down" and "object – table" in said and not any("AllowContact" in each for each in said), said
+
+
+@pytest.mark.parametrize("goal", ["{point: [0.5, -0.25, -0.1]}", "{point: [0.6, -0.3, 0.05]}, straight: true"])
+def test_a_goal_that_is_blocked_for_the_hand_alone_is_told_by_its_pair(tmp_path, goal):
+    start = TEXT.split("  - {name: open hand")[0]
+    blamed, said = examples(tmp_path, start + f"  - {{name: go, stage: MoveTo, goal: {goal}}}\n")
+    assert blamed == "go" and said and not any("AllowContact" in each for each in said), said
