@@ -113,6 +113,10 @@ def start() -> TaskScene:
             "the least distance, 0.2 m, is above the greatest, 0.1 m",
         ),
         (lambda: make("Attach", object="table", to="arm"), "table is not movable"),
+        (lambda: make("Join", object="object", onto="table"), "no mate of the scene joins object and table"),
+        (lambda: make("AllowContact", pairs=[["arm", "supports"]]), "'supports' is what carries an object, and arm"),
+        (lambda: make("ForbidContact", pairs=[["supports", "arm.tool0"]]), "and arm.tool0 is none: object"),
+        (lambda: make("AllowContact", pairs=[["table", "supports"]]), "and table is none: object"),
         (
             lambda: make("Attach", object="object", to="arm.tol0"),
             "arm has no link 'tol0', did you mean \"tool0\"?",

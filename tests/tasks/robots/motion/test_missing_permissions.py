@@ -7,6 +7,11 @@ import pytest
 import kabo
 
 EXAMPLE = Path(__file__).resolve().parents[4] / "examples" / "pick_and_place"
+TEXT = (EXAMPLE / "task.yaml").read_text()
+HAND, SURFACE = (
+    next(line for line in TEXT.splitlines(keepends=True) if f"name: allow contact of {what}" in line)
+    for what in ("hand and object", "object and surface")
+)
 DOWN = (
     TEXT.split("  - {name: move to place")[0].replace("distance: [0.01, 0.1]", "distance: [0.1, 0.1]")
     + """
