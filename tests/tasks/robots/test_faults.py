@@ -114,7 +114,10 @@ def start() -> TaskScene:
         ),
         (lambda: make("Attach", object="table", to="arm"), "table is not movable"),
         (lambda: make("Join", object="object", onto="table"), "no mate of the scene joins object and table"),
-        (lambda: make("AllowContact", pairs=[["arm", "supports"]]), "'supports' is what carries an object, and arm"),
+        (
+            lambda: make("AllowContact", pairs=[["arm", "supports"]]),
+            "'supports' is what carries an object, and arm",
+        ),
         (lambda: make("ForbidContact", pairs=[["supports", "arm.tool0"]]), "and arm.tool0 is none: object"),
         (lambda: make("AllowContact", pairs=[["table", "supports"]]), "and table is none: object"),
         (

@@ -99,6 +99,18 @@ def test_a_task_whose_every_way_is_impossible_is_refused_at_once(tmp_path, scene
     assert run["explanation"]["text"].count("out_of_reach 1") == 2  # noqa: PLR2004
 
 
+def test_what_a_robot_holds_it_does_not_take_again(tmp_path, scene):
+    run = planned(tmp_path, scene, TAKE + TAKE.replace("take", "again"))
+    assert run["explanation"]["stage"] == "again/grasp/grasp pose IK/grasp pose"
+    assert run["explanation"]["examples"] == ["arm holds object already"] and run["exhausted"]
+
+
+def test_an_offset_of_a_joint_beyond_its_limits_is_told_with_them(tmp_path, scene):
+    run = planned(tmp_path, scene, "  - {name: turn, stage: MoveRelative, direction: {joints: {joint_2: -7}}}\n")
+    (told,) = run["explanation"]["examples"]
+    assert told.startswith("joint_2 would be at -7.524, outside its limits of -"), told
+
+
 def test_where_an_object_is_at_first_proves_nothing_once_a_stage_has_moved_it(tmp_path, scene):
     """The second robot stage that takes it finds it elsewhere."""
     moved = "  - {name: bring, stage: refuting/Bring}\n"
