@@ -7,7 +7,6 @@ The types of stages and the meanings of their properties are not known here; the
 
 import re
 from pathlib import Path
-from unicodedata import category
 
 from kabo.content_cache import ContentCache
 from kabo.errors import InputError
@@ -237,12 +236,6 @@ class _Reading:
         if "/" in scalar.text or scalar.text in (".", "..") or scalar.text != scalar.text.strip():
             hint = "the path of a stage joins the names with /"
             self.findings.add(scalar.place, f'"{scalar.text[:60]}" cannot be the name of a stage', hint)
-            return None
-        if any(category(character) in ("Cc", "Zl", "Zp") for character in scalar.text):
-            written = scalar.text[:60].encode("unicode_escape").decode("ascii")
-            self.findings.add(
-                scalar.place, f'"{written}" cannot be the name of a stage', "it has one line of text"
-            )
             return None
         return scalar.text
 

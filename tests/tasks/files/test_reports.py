@@ -128,6 +128,13 @@ def test_stages_of_the_same_name_are_told_apart() -> None:
     assert [figures[path]["costs"] for path in ("s", "s#2", "f/s", "f/s#2")] == [[1.0], [2.0], [3.0], []]
 
 
+def test_a_name_with_a_line_break_stays_in_its_line() -> None:
+    task = Task("t\n", Start("a\nb\x1b[1m é"))
+    task.plan(0.0)
+    lines = describe_report(report([TaskRun(task, 0, 0.0)])).splitlines()
+    assert lines[0].startswith("t\\n: ") and "  ← →  a\\nb\\x1b[1m é  [Start]" in lines[3], lines
+
+
 def test_of_too_many_solutions_the_cheapest_is_in_the_report() -> None:
     points = [*range(1, 150), 0]
     task = Task("t", Start("a"), Way("w", reach=1e3), Points("p", points=points))
