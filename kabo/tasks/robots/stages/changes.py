@@ -304,7 +304,7 @@ def _uncarried(name: str, scene: Scene) -> Iterator[str]:
     """A message for `supports` of what nothing carries as long as it is in nobody's hand."""
     if name not in scene.movable and name.partition(".")[0] in {*scene.robots, *scene.bodies}:
         others = ", ".join(scene.movable) or "the scene has no object"
-        yield f"{SUPPORTS!r} is what carries an object, and {name} is none: {others}"
+        yield f"{name} is no movable object, and {SUPPORTS!r} is what carries one: {others}"
 
 
 def _no_link(name: str | None, scene: Scene) -> Iterator[str]:
