@@ -13,7 +13,7 @@ from kabo.plan import Plan, Segment
 from kabo.requests import verify_task_report
 from kabo.task_plans import is_report, only_planned, plan_of_report, plans_of_report
 from kabo.tasks import TaskReport
-from kabo.tasks.files.report_form import report_bytes
+from kabo.tasks.files.report_form import read_report, report_bytes
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -217,6 +217,17 @@ def test_what_is_added_to_a_robot_that_does_not_move_stands_with_it(tmp_path: Pa
     assert found.ok, found
     for name, size in (("padding of right.link_4", [3.0, 3.0, 3.0]), ("tip", [2.0, 2.0, 2.0])):
         assert any(name in str(each) for each in judged(report, resized(name, size)).findings)
+
+
+@pytest.mark.parametrize(
+    ("kind", "key"), [("permit", "pairs"), ("attach", "to"), ("add", "body"), ("unpad", "object"), ("detach", "object")]
+)
+def test_a_change_that_lacks_what_it_changes_is_told(guarded: TaskReport, kind: str, key: str):
+    content = json.loads(report_bytes(guarded.content))
+    changes = content["runs"][0]["solutions"][0]["motion"]["changes"]
+    changes.append({"change": kind, "stage": "x", "segment": 0, "time": 0.0})
+    with pytest.raises(InputError, match=rf"motion.changes\[{len(changes) - 1}\] lacks `(object|{key})`"):
+        read_report(json.dumps(content).encode(), "r.json")
 
 
 def test_a_change_after_no_segment_is_told(guarded: TaskReport):
