@@ -17,6 +17,7 @@ from kabo.language.scene_description import SceneDescription
 from kabo.options import Options
 from kabo.plan import Plan, plan_from_json
 from kabo.plan.writing import FORMAT
+from kabo.tasks.files.consistent_changes import contradiction
 from kabo.tasks.files.motions import state_in
 from kabo.tasks.files.needed_contacts import with_needed_contacts
 from kabo.tasks.files.planned import TaskReport, load_report
@@ -111,6 +112,8 @@ def plan_of_solution(
     epsilon = scene.epsilon if epsilon is None else epsilon
     motion: MotionReport = solutions_of(report)[number - 1]["motion"]
     _require_known(motion, scene, f"solution {number}")
+    if (why := contradiction(motion)) is not None:
+        raise InputError([Diagnostic(f"solution {number}", 1, 1, why, "plan the task again")])
     before, after = (_whole(state, scene) for state in (motion["start"], motion["after"]))
     content = {
         "format": FORMAT,

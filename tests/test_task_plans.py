@@ -220,7 +220,8 @@ def test_what_is_added_to_a_robot_that_does_not_move_stands_with_it(tmp_path: Pa
 
 
 @pytest.mark.parametrize(
-    ("kind", "key"), [("permit", "pairs"), ("attach", "to"), ("add", "body"), ("unpad", "object"), ("detach", "object")]
+    ("kind", "key"),
+    [("permit", "pairs"), ("attach", "to"), ("add", "body"), ("unpad", "object"), ("detach", "object")],
 )
 def test_a_change_that_lacks_what_it_changes_is_told(guarded: TaskReport, kind: str, key: str):
     content = json.loads(report_bytes(guarded.content))
@@ -228,6 +229,29 @@ def test_a_change_that_lacks_what_it_changes_is_told(guarded: TaskReport, kind: 
     changes.append({"change": kind, "stage": "x", "segment": 0, "time": 0.0})
     with pytest.raises(InputError, match=rf"motion.changes\[{len(changes) - 1}\] lacks `(object|{key})`"):
         read_report(json.dumps(content).encode(), "r.json")
+
+
+@pytest.mark.parametrize(
+    ("kind", "spoilt", "told"),
+    [
+        ("attach", {"object": "table"}, "segment 2 attaches table to arm.tool0, as its changes say, but not the segment"),
+        ("attach", {"to": "arm.link_7"}, "segment 2 attaches object to arm.link_7, as its changes say, but not"),
+        ("attach", {"segment": 3, "time": None}, "segment 2 attaches object to arm.tool0, as the segment says, but not"),
+        ("detach", {"of": "nobody"}, "segment 6 lets object go from nobody, as its changes say, but not"),
+        ("detach", {"time": 0.5}, "detach has the time 0.500 s, but segment 6 ends at "),
+    ],
+)  # fmt: skip
+def test_changes_that_say_something_else_than_the_segments_are_told(report: TaskReport, kind, spoilt, told):
+    """A program may carry out the changes, and what is verified are the segments."""
+    content = deepcopy(report.content)
+    motion = content["runs"][0]["solutions"][0]["motion"]
+    change = next(each for each in motion["changes"] if each["change"] == kind)
+    change.update(spoilt)
+    if change["time"] is None:
+        change["time"] = motion["segments"][change["segment"]]["times"][-1]
+    with pytest.raises(InputError) as refused:
+        kabo.task_plan(replace(report, content=content), 1)
+    assert told in str(refused.value)
 
 
 def test_a_change_after_no_segment_is_told(guarded: TaskReport):

@@ -228,6 +228,10 @@ def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDesc
         known, value = things.get(each.kind or ""), arguments.get(each.name)
         if known is not None and value is not None and not (isinstance(value, str) and value in known):
             hint = did_you_mean(str(value), known) or f"there are {', '.join(known) or 'none'}"
-            findings.add(each.place, f'"{each.name}" is {value if value != "" else "empty"}, which is no {each.kind} of the scene', hint)
+            findings.add(
+                each.place,
+                f'"{each.name}" is {value if value != "" else "empty"}, which is no {each.kind} of the scene',
+                hint,
+            )
     if findings.errors:
         raise InputError(findings.diagnostics)
