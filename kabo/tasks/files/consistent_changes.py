@@ -26,11 +26,10 @@ def contradiction(motion: MotionReport) -> str | None:
             if abs(each["time"] - ends) > TIME_TOLERANCE_S:
                 return f"{each['change']} has the time {each['time']:.3f} s, but segment {number} ends at {ends:.3f} s"
         told, done = Counter(_told(here)), Counter(_done(segment))
-        for event in (*(told - done), *(done - told)):
-            said, silent = (
-                ("its changes", "the segment") if event in told - done else ("the segment", "its changes")
-            )
-            return f"segment {number} {_sentence(event)}, as {said} say{'s' if said == 'the segment' else ''}, but not {silent}"
+        for event in told - done:
+            return f"segment {number} {_sentence(event)}, as its changes say, but not the segment"
+        for event in done - told:
+            return f"segment {number} {_sentence(event)}, as the segment says, but not its changes"
     return None
 
 
