@@ -254,6 +254,15 @@ def test_changes_that_say_something_else_than_the_segments_are_told(report: Task
     assert told in str(refused.value)
 
 
+def test_a_report_whose_segments_alone_are_verified_is_no_verified_report(report: TaskReport, tmp_path: Path):
+    content = deepcopy(report.content)
+    changes = content["runs"][0]["solutions"][0]["motion"]["changes"]
+    next(each for each in changes if each["change"] == "attach")["to"] = "arm.link_7"
+    (tmp_path / "r.json").write_bytes(report_bytes(content))
+    with pytest.raises(InputError, match="segment 2 attaches object to arm.link_7, as its changes say"):
+        list(verify_task_report(EXAMPLE / "scene.yaml", tmp_path / "r.json", 1))
+
+
 def test_a_change_after_no_segment_is_told(guarded: TaskReport):
     assert any(
         "after segment 99" in str(each) for each in judged(guarded, lambda c: c.update(segment=99)).findings
