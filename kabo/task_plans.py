@@ -256,8 +256,7 @@ def plans_of_report(
     """The plans of the solutions in a report: of one, or of all that move something.
 
     Each with its number, the scene, and its motion, whose changes may say something else than its segments.
-    Where the report tells a clearance,
-    plans have certificates in any case: nothing else proves it.
+    Where the report tells a clearance, plans have certificates in any case: nothing else proves it.
 
     Raises:
         InputError: the report, the scene or a motion has errors, or there is no such solution.
