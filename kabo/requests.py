@@ -179,11 +179,14 @@ def verify_task_report(
         InputError: the report, the scene or a motion has errors, or there is no such solution.
         OSError: the report cannot be read.
     """
-    from kabo.task_plans import plans_of_report  # as above
+    from kabo.task_plans import plans_of_report, require_consistent  # as above
     from kabo.verify import verify_plan
 
-    for number, plan, found, changes in plans_of_report(report, scene, solution, certificate=paranoid):
-        yield number, verify_plan(found, plan, paranoid=paranoid, changes=changes)
+    for number, plan, found, motion in plans_of_report(report, scene, solution, certificate=paranoid):
+        judged = verify_plan(found, plan, paranoid=paranoid, changes=motion["changes"])
+        if judged.ok:  # what is verified are the segments; programs may carry out the changes
+            require_consistent(motion, number)
+        yield number, judged
 
 
 def explain_file(

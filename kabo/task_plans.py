@@ -17,10 +17,12 @@ from kabo.language.scene_description import SceneDescription
 from kabo.options import Options
 from kabo.plan import Plan, plan_from_json
 from kabo.plan.writing import FORMAT
+from kabo.tasks.files.consistent_changes import contradiction
 from kabo.tasks.files.motions import state_in
+from kabo.tasks.files.needed_contacts import with_needed_contacts
 from kabo.tasks.files.planned import TaskReport, load_report
 from kabo.tasks.files.report_form import FORMAT as REPORT_FORMAT
-from kabo.tasks.files.report_form import OLD_FORMAT, ChangeReport, MotionReport, Report, StateReport
+from kabo.tasks.files.report_form import OLD_FORMAT, MotionReport, Report, StateReport
 from kabo.whole_files import file_hash
 
 if TYPE_CHECKING:
@@ -86,7 +88,13 @@ def solutions_of(report: Report) -> list[Any]:
 
 
 def plan_of_solution(
-    report: Report, number: int, scene: "Scene", *, certificate: bool, epsilon: float | None = None
+    report: Report,
+    number: int,
+    scene: "Scene",
+    *,
+    certificate: bool,
+    epsilon: float | None = None,
+    consistent: bool = True,
 ) -> Plan:
     """The plan of one solution of a report, in the scene in which the task was planned.
 
@@ -96,6 +104,7 @@ def plan_of_solution(
         scene: the scene, loaded from a file.
         certificate: whether the plan gets a certificate.
         epsilon: the accuracy of the proofs [m]; None: that of the scene, with which tasks are planned.
+        consistent: whether its changes must agree with its segments; False: the caller asks `require_consistent`.
 
     Raises:
         InputError: the motion is none, with its place in the plan; or it names what the scene does not have.
@@ -110,13 +119,15 @@ def plan_of_solution(
     epsilon = scene.epsilon if epsilon is None else epsilon
     motion: MotionReport = solutions_of(report)[number - 1]["motion"]
     _require_known(motion, scene, f"solution {number}")
+    if consistent:
+        require_consistent(motion, number)
     before, after = (_whole(state, scene) for state in (motion["start"], motion["after"]))
     content = {
         "format": FORMAT,
         "problem": {"name": report["task"], "files": _files(scene, description)},
         "options": _options(report, number, epsilon),
         "root": NODE,
-        "nodes": {NODE: _node(report["task"], motion, before, after), GOAL: {"kind": "goal"}},
+        "nodes": {NODE: _node(report["task"], motion, before, after, scene), GOAL: {"kind": "goal"}},
         "start": before,
     }
     plan = plan_from_json(json.dumps(content), file=f"solution {number}")
@@ -126,6 +137,16 @@ def plan_of_solution(
     except (KeyError, ValueError, IndexError) as error:  # joints, links or objects of another scene
         what = f"this motion is none of the scene {scene.name}: {error}"
         raise InputError([Diagnostic(f"solution {number}", 1, 1, what, "name the scene of the report")]) from None
+
+
+def require_consistent(motion: MotionReport, number: int) -> None:
+    """Checks that the changes of a solution's motion say what its segments do.
+
+    Raises:
+        InputError: they say something else.
+    """
+    if (why := contradiction(motion)) is not None:
+        raise InputError([Diagnostic(f"solution {number}", 1, 1, why, "plan the task again")])
 
 
 def only_planned(report: Report, number: int) -> str | None:
@@ -147,10 +168,10 @@ def _certified(plan: Plan, scene: "Scene", epsilon: float, clearance: float) -> 
     return certified(plan, GeometryServer(scene, epsilon, clearance=clearance).surroundings)[0]
 
 
-def _node(task: str, motion: MotionReport, before: State, after: State) -> dict[str, Any]:
+def _node(task: str, motion: MotionReport, before: State, after: State, scene: "Scene") -> dict[str, Any]:
     segments = [
         {"allowed_contacts": [], "constraint": None, "procedure": task, **segment}
-        for segment in motion["segments"]
+        for segment in with_needed_contacts(motion, before["objects"], scene)
     ]
     made: dict[str, Any] = {"kind": "action", "action": task, "arguments": {}, "next": GOAL, "motion": segments}
     changed = {
@@ -231,11 +252,11 @@ def is_report(path: Path) -> bool:
 
 def plans_of_report(
     path: Path, scene: Path | None = None, solution: int | None = None, *, certificate: bool = False
-) -> "Iterator[tuple[int, Plan, Scene, Sequence[ChangeReport]]]":
+) -> "Iterator[tuple[int, Plan, Scene, MotionReport]]":
     """The plans of the solutions in a report: of one, or of all that move something.
 
-    Each with its number, the scene, and the changes of the scene that its stages make. Where the report tells a clearance,
-    plans have certificates in any case: nothing else proves it.
+    Each with its number, the scene, and its motion, whose changes may say something else than its segments.
+    Where the report tells a clearance, plans have certificates in any case: nothing else proves it.
 
     Raises:
         InputError: the report, the scene or a motion has errors, or there is no such solution.
@@ -246,8 +267,8 @@ def plans_of_report(
     first = chosen(report, solution, str(path))
     moving = [number for number, whole in enumerate(solutions_of(report), 1) if "motion" in whole]
     for number in [first] if solution is not None else moving:
-        plan = plan_of_solution(report, number, found, certificate=certificate)
-        yield number, plan, found, solutions_of(report)[number - 1]["motion"]["changes"]
+        plan = plan_of_solution(report, number, found, certificate=certificate, consistent=False)
+        yield number, plan, found, solutions_of(report)[number - 1]["motion"]
 
 
 def plan_of_report(

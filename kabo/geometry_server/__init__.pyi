@@ -101,6 +101,7 @@ from kabo.geometry_server.stretches import line as line
 from kabo.geometry_server.stretches import way_to as way_to
 from kabo.geometry_server.support_relations import lies_inside as lies_inside
 from kabo.geometry_server.support_relations import outside as outside
+from kabo.geometry_server.support_relations import rests_on as rests_on
 from kabo.geometry_server.support_relations import supports as supports
 from kabo.geometry_server.support_relations import why_unsupported as why_unsupported
 from kabo.geometry_server.surroundings import SceneSurroundings as SceneSurroundings

@@ -27,7 +27,7 @@ from kabo.tasks.files.running import located_at_stage
 from kabo.tasks.learned import learned_in
 from kabo.tasks.records import FORESEEN, Records, Where
 from kabo.tasks.refusals import Refusals
-from kabo.tasks.robots import RobotStage, TaskScene, changed, found_motion
+from kabo.tasks.robots import RobotStage, TaskScene, changed, first_failing, found_motion
 
 Observe = Callable[[Stage, Refused], None]
 
@@ -268,11 +268,9 @@ class GeometricProcedures:
             if failure is not None:
                 return learned, failure
         context = self.server.context()
-        for stage in self._bindings.refuting(call):
-            refusal = stage.refute(context, situation)
-            if refusal is not None:
-                return stage, refusal
-        return None
+        return first_failing(
+            self._bindings.refuting(call), lambda stage: stage.refute(context, situation), situation
+        )
 
     def refuted(self, call: GroundCall) -> Refusal | None:
         """The refusal of a call in the start situation, proven or predicted by its stages before any search.
@@ -283,8 +281,9 @@ class GeometricProcedures:
         found = self._refuted(call, start)
         if found is None:
             context = self.server.context()
-            foreseen = ((stage, stage.foresee(context, start)) for stage in self._bindings.refuting(call))
-            found = next(((stage, refusal) for stage, refusal in foreseen if refusal is not None), None)
+            found = first_failing(
+                self._bindings.refuting(call), lambda stage: stage.foresee(context, start), start
+            )
         if found is None:
             return None
         refusals = Refusals()

@@ -14,6 +14,7 @@ import pytest
 
 from kabo.budgets import StopFlag, default_memory, held_bytes
 from kabo.cli.limits import Surrounding, add_limits, memory, seconds
+from kabo.cli.main import parser
 from kabo.cli.solving import add_search_arguments
 from kabo.cli.terminal import interruptible
 from kabo.cli.waiting.watch import limited
@@ -247,3 +248,37 @@ def test_a_flag_that_has_said_stop_goes_on_saying_so():
     assert flag.spent == "time" and flag.interrupted
     assert StopFlag(memory=1.0)() and not StopFlag(seconds=60.0, memory=default_memory())()
     assert held_bytes(os.getpid(), 0.0) > 1 << 20
+
+
+PICK_AND_PLACE = Path(__file__).parents[2] / "examples" / "pick_and_place"
+
+
+def test_a_task_whose_time_is_up_writes_what_it_found(tmp_path):
+    """Timing a hundred solutions takes seconds: that is part of planning, and ends in time."""
+    output = tmp_path / "report.json"
+    task, scene = (str(PICK_AND_PLACE / name) for name in ("task.yaml", "scene.yaml"))
+    limits = ["--timeout", "9", "--max-solutions", "100000"]
+    given = [sys.executable, "-m", "kabo", "task", "plan", task, "--scene", scene, *limits, "-o", str(output)]
+    ended = subprocess.run(given, capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 0, ended.stderr
+    (run,) = json.loads(output.read_bytes())["runs"]
+    assert run["stopped"] and len(run["solutions"]) == min(100, len(run["found"]))
+    assert min(each["cost"] for each in run["solutions"]) == min(each["cost"] for each in run["found"])
+
+
+@pytest.mark.parametrize(("form", "code"), [((), 0), (("--json",), 4)])
+def test_a_task_that_is_killed_after_its_report_is_written_says_so(form, code, tmp_path, capfd, monkeypatch):
+    monkeypatch.setattr("kabo.cli.waiting.watch.process_began", time.perf_counter)
+    given = parser().parse_args(
+        ["task", "plan", "t.yaml", "-o", str(tmp_path / "r.json"), "--timeout", "0.2", *form]
+    )
+
+    def run(options: argparse.Namespace) -> int:
+        options.surrounding.on_known({"exit_code": 0}, "r.json")
+        time.sleep(LONG_S)
+        return 1
+
+    assert limited(given, run) == code
+    said, told = capfd.readouterr()
+    assert ("r.json: the report" in told) is (code == 0)
+    assert ("nothing was written" in told) is (code != 0)

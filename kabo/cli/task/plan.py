@@ -15,6 +15,8 @@ from kabo.cli.terminal import clean_standard_output, interruptible, print_json, 
 from kabo.errors import Diagnostic, InputError, did_you_mean
 
 NAME = "plan"
+# Kept of --timeout for making and writing the report: as a share, and at most [s]. A killed command writes nothing.
+REPORT_SHARE, MOST_FOR_REPORT_S = 0.1, 2.0
 HELP = "plan the task of a file, and report what each stage found"
 
 
@@ -57,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, f"task {NAME}")
     add_stages_argument(parser)
     add_limits(parser, "the file's, for each run, else none")
-    parser.set_defaults(needs_kernels=lambda options: options.scene is not None)
+    parser.set_defaults(needs_kernels=lambda options: options.scene is not None, cut_off=_cut_off)
     parser.add_argument("-o", dest="output", type=output_file, metavar="FILE", help="the report, as JSON")
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
 
@@ -72,6 +74,8 @@ def run(options: argparse.Namespace) -> int:
             hint = "add the scene after the task file"
             raise InputError([Diagnostic("--clearance", 1, 1, "without a scene nothing has a distance", hint)])
         with interruptible() as stop:
+            flag = StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, stop)
+            flag.reserve = min(REPORT_SHARE * (options.timeout or 0.0), MOST_FOR_REPORT_S)
             settings = rooms.PlanningOptions(
                 options.max_solutions or file.max_solutions,
                 file.timeout if options.timeout is None else None,
@@ -80,7 +84,7 @@ def run(options: argparse.Namespace) -> int:
                 options.workers or None,
                 rooms.known_solutions(options.known),
                 options.clearance or 0.0,
-                StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, stop),
+                flag,
                 options.surrounding.preparing,
             )
             with blamed(options.stages):
@@ -94,13 +98,30 @@ def run(options: argparse.Namespace) -> int:
         )
         if options.output is not None:
             rooms.write_atomically(options.output, rooms.report_bytes(made))
+    code = exit_codes.DONE if any(one.found for one in runs) else exit_codes.NO_PLAN
+    if options.output is not None:
+        options.surrounding.on_known({"exit_code": code}, str(options.output))
     if options.json:
         print_json(made)
     else:
         print(rooms.describe_report(made))
         if options.output is not None:
-            tell(f"{options.output}: the report; kabo task show {options.output}")
-    return exit_codes.DONE if any(one.found for one in runs) else exit_codes.NO_PLAN
+            tell(_written(options.output))
+    return code
+
+
+def _written(output: Path | str) -> str:
+    return f"{output}: the report; kabo task show {output}"
+
+
+def _cut_off(
+    options: argparse.Namespace, spent: str, message: str, known: tuple[dict[str, Any], str] | None
+) -> int | None:
+    """The exit code of a command that was ended by force after its report was written, which is told; else None."""
+    if known is None or options.json:
+        return None
+    tell(_written(known[1]))
+    return int(known[0]["exit_code"])
 
 
 def read_task_file(options: argparse.Namespace) -> "rooms.TaskFile":

@@ -234,7 +234,9 @@ class _Watch:
             return int(keeps(self.options, why, said))
         told = getattr(self.options, "cut_off", None)
         if told is not None and spent is not None:
-            return int(told(self.options, spent, said, self.known))
+            answered: int | None = told(self.options, spent, said, self.known)
+            if answered is not None:  # else nothing is known
+                return answered
         complain(f"kabo: {said}; nothing was written")
         if getattr(self.options, "json", False):
             print_json({"code": "failed" if spent is None else "cut_off", "message": said})

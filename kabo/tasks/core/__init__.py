@@ -12,6 +12,7 @@ from kabo.tasks.core.model.containers import (
     Parallel,
     Serial,
     Wrapper,
+    fails,
 )
 from kabo.tasks.core.model.costs import constant, offset, total, uniform_random, weighted
 from kabo.tasks.core.model.custom import backward, connector, forward, generator, monitor, propagator, wrapper
@@ -68,6 +69,7 @@ __all__ = [
     "connector",
     "constant",
     "directions",
+    "fails",
     "forward",
     "generator",
     "monitor",

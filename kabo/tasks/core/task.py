@@ -58,6 +58,8 @@ class Task(Serial):
         self.seed = seed
         self.pruning, self.lazy, self.depth_first, self.observe = pruning, lazy, depth_first, observe
         self.audit = audit
+        # Stages that are proven to fail, with their failures, before planning begins: nothing that needs them is run.
+        self.refuted: Mapping[Stage, Refused] = {}
         self.directions: Mapping[Stage, Flow] = {}
         self._planning: Planning | None = None
         self._workers: StageWorkers | None = None
@@ -160,6 +162,7 @@ class Task(Serial):
 
     def _begun(self, scene: Any) -> Planning:
         how: dict[str, Any] = {"pruning": self.pruning, "observe": self.observe, "audit": self.audit}
+        how["refuted"] = self.refuted
         run, at_first = Planning(self, self.directions, scene, self.seed, **how), self.depth_first
 
         def over() -> bool:

@@ -16,6 +16,7 @@ from kabo.language.source import UnreadableError, beside
 from kabo.language.task_description import (
     RISK,
     Entries,
+    Items,
     StageDescription,
     TaskDescription,
     Word,
@@ -78,7 +79,7 @@ class _Checking:
     def __init__(self, task: TaskDescription, findings: Findings, chain: tuple[Path, ...]) -> None:
         self.task, self.findings = task, findings
         self.chain = chain  # the files that lead to this one, by the tasks that they include
-        self._children: dict[int, dict[str, StageDescription]] = {}
+        self._children: dict[int, dict[str, list[StageDescription]]] = {}
 
     def recipe(self, stage: StageDescription, above: tuple[_Holder, ...]) -> Recipe:
         root = not above
@@ -178,7 +179,8 @@ class _Checking:
                 continue
             fault = wanted.fault(values[name])
             if fault is not None:
-                self.findings.add(written.place, f'"{name}" of "{stage.name}" {fault}')
+                place = _element(written, values[name], wanted, fault) or written.place
+                self.findings.add(place, f'"{name}" of "{stage.name}" {fault}')
         for name, wanted in declared.items():
             if wanted.default is MISSING and name not in stage.keys:
                 hint = f"{stage.type} has {described(declared)}"
@@ -299,27 +301,34 @@ class _Checking:
                     return text
                 here = up[-1].description
                 continue
-            inner = self.children(here).get(step)
-            if inner is None:
-                near = self.findings.near(step, list(self.children(here)))
-                self.findings.add(written.place, f'there is no stage "{step}" in "{here.name}"', near)
+            inner = self.children(here).get(step, [])
+            if len(inner) != 1:
+                self.no_step(written, step, here, inner)
                 return text
-            here = inner
-            up.append(_Holder(inner.name, frozenset(), inner))
+            here = inner[0]
+            up.append(_Holder(here.name, frozenset(), here))
         if here is stage:
             self.findings.add(written.place, f'"{stage.name}" cannot monitor itself')
         return text
 
-    def children(self, stage: StageDescription) -> dict[str, StageDescription]:
-        """The stages inside another one by name; of stages with the same name, the first.
+    def no_step(self, written: Word, step: str, here: StageDescription, found: list[StageDescription]) -> None:
+        """Reports a step of a path for which there is no stage, or more than one."""
+        if not found:
+            near = self.findings.near(step, list(self.children(here)))
+            self.findings.add(written.place, f'there is no stage "{step}" in "{here.name}"', near)
+            return
+        lines = list(dict.fromkeys(str(each.place.line) for each in found))
+        where = f"the line{'s' if len(lines) > 1 else ''} {' and '.join(lines)}"
+        message = f'"{here.name}" has {len(found)} stages "{step}", and the path does not say which'
+        self.findings.add(written.place, message, f"give them names that differ: they are in {where}")
 
-        Those of an included task are those of its file.
-        """
+    def children(self, stage: StageDescription) -> dict[str, list[StageDescription]]:
+        """The stages inside another one by name, in order of time; of an included task, those of its file."""
         if id(stage) not in self._children:
             known = self._children[id(stage)] = {}
             inner = self.included(stage) if stage is not self.task.root else None
             for child in stage.children if inner is None else inner.description.root.children:
-                known.setdefault(child.name, child)
+                known.setdefault(child.name, []).append(child)
         return self._children[id(stage)]
 
     def only(
@@ -355,6 +364,14 @@ class _Checking:
         except NoCost as error:
             self.findings.add(written.place, f'`cost` of "{stage.name}": {error}', error.hint)
             return None
+
+
+def _element(written: Written, value: Any, wanted: Property, fault: str) -> Place | None:
+    """The place of the first element that alone is refused in the same words; None of what is no list, or a whole one."""
+    for inner, one in zip(written.values, value, strict=True) if isinstance(written, Items) else ():
+        if wanted.fault([one]) == fault:
+            return inner.place
+    return None
 
 
 def _place_of(properties: Mapping[str, Written], keys: Sequence[str]) -> Place | None:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from statistics import fmean, median
+from unicodedata import category
 
 from kabo.tasks.files.report_form import Report, RunReport, StageReport, Why
 
@@ -30,7 +31,7 @@ def describe_report(report: Report, comments: int = MAX_COMMENTS) -> str:
 def _headline(report: Report) -> str:
     runs = report["runs"]
     if len(runs) == 1:
-        return f"{report['task']}: {_told_run(runs[0])}"
+        return f"{in_one_line(report['task'])}: {_told_run(runs[0])}"
     solved = [run for run in runs if run["solutions"]]
     text = f"{report['task']}: {len(runs)} runs with seeds {runs[0]['seed']} to {runs[-1]['seed']}, {len(solved)} solved"
     if solved:
@@ -53,7 +54,7 @@ def _told_run(run: RunReport) -> str:
 
 def _stage_line(stage: StageReport, runs: Sequence[RunReport]) -> tuple[str, str]:
     figures = [run["stages"][stage["path"]] for run in runs]
-    left = f"{'  ' * stage['depth']}{stage['arrows']}  {stage['name']}  [{stage['type']}]"
+    left = f"{'  ' * stage['depth']}{stage['arrows']}  {in_one_line(stage['name'])}  [{stage['type']}]"
     calls, successes = sum(f["calls"] for f in figures), sum(f["successes"] for f in figures)
     failures = added(f["failures"] for f in figures)
     mismatches = added(f["mismatches"] for f in figures)
@@ -98,7 +99,7 @@ def explain(why: Why) -> str:
     """The text of an explanation: the first stage without successes, its failures and mismatches by reason."""
     if why["stage"] is None:
         return why["text"]
-    lines = [f'the stage "{why["stage"]}" never succeeds']
+    lines = [f'the stage "{in_one_line(why["stage"])}" never succeeds']
     if why["failures"]:
         lines.append("  it was refused:")
         lines += [f"    {count:>5} × {said(reason)}" for reason, count in why["failures"].items()]
@@ -143,6 +144,11 @@ def added(several: Iterable[Mapping[str, int]]) -> dict[str, int]:
     for each in several:
         total.update(each)
     return dict(sorted(total.items(), key=lambda item: (-item[1], item[0])))
+
+
+def in_one_line(name: str) -> str:
+    """A name as text without line breaks and other control characters, which are written as in Python."""
+    return "".join(repr(each)[1:-1] if category(each) in ("Cc", "Zl", "Zp") else each for each in name)
 
 
 def number(value: float) -> str:

@@ -6,7 +6,7 @@ from kabo.errors import CutOff
 from kabo.geometry_server import GeometryServer, Preparing, prepare_scene
 from kabo.scene import Scene
 from kabo.tasks.core import Task
-from kabo.tasks.robots import TaskScene, check_meaning, check_names
+from kabo.tasks.robots import TaskScene, check_meaning, check_names, refuted_stages
 
 
 def prepare_geometry(
@@ -35,9 +35,12 @@ def first_scene(scene: Scene, seed: int, stop: Callable[[], bool], clearance: fl
 def check_against_scene(task: Task, first: TaskScene) -> None:
     """Checks that the scene has what the stages of a task name, and that their property values make sense in it.
 
+    Stages that are proven to fail in this scene, whatever is sampled, are not planned.
+
     Raises:
         InitialisationError: lists everything that is wrong.
     """
     scene = first.context.scene
     check_names(task, scene)
     check_meaning(task, scene, first.situation)
+    task.refuted = refuted_stages(task, first.context, first.situation)

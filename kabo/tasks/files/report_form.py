@@ -14,6 +14,7 @@ from kabo.errors import Diagnostic, InputError
 from kabo.options import LARGEST_CLEARANCE
 
 FORMAT, OLD_FORMAT = "kabo-task/2", "kabo-task/1"
+MAX_REPORTED = 100  # solutions, and failures, of one stage in a report; all are counted
 _OTHER_FILES = {"kabo-plan": "it is a plan", "kabo-state": "it is the state of a run"}
 MAX_COUNT, MAX_DEPTH = 2**53, 1000  # the largest count, the largest depth of a stage, that a report may have
 # The names in the published schema of objects whose classes are called otherwise here.
@@ -122,6 +123,18 @@ class SegmentReport(_Proven):
     detach: list[str]
 
 
+# What a change of each kind says at least.
+_NEEDED = {
+    "attach": ("object", "to"),
+    "join": ("object", "to"),
+    "detach": ("object",),
+    "permit": ("pairs",),
+    "forbid": ("pairs",),
+    "add": ("body",),
+    "pad": ("body",),
+    "remove": ("object",),
+    "unpad": ("object",),
+}
 Change = Literal["attach", "detach", "join", "permit", "forbid", "add", "remove", "pad", "unpad"]
 
 
@@ -298,7 +311,7 @@ def read_report(content: bytes, file: str) -> Report:
         if not 0 <= count <= most:
             message = f"this is no report of planning: {where} is not from 0 to {most}"
             raise InputError([Diagnostic(file, 1, 1, message, hint)])
-    for where, fault in _unlearned(found):
+    for where, fault in (*_unlearned(found), *_incomplete(found)):
         raise InputError([Diagnostic(file, 1, 1, f"this is no report of planning: {where} {fault}", hint)])
     paths = {stage["path"] for stage in found["stages"]}
     for number, run in enumerate(found["runs"]):
@@ -343,6 +356,16 @@ def _counts(report: Report) -> Iterator[tuple[str, int, int]]:
             tables = (figures["failures"], figures["mismatches"])
             for count in (figures["calls"], figures["successes"], *(n for each in tables for n in each.values())):
                 yield f'a count of runs[{number}] for "{path[:MAX_PATH_CHARACTERS]}"', count, MAX_COUNT
+
+
+def _incomplete(report: Report) -> Iterator[tuple[str, str]]:
+    """Every change of the scene that lacks what one of its kind says: where it is, and what it lacks."""
+    for number, run in enumerate(report["runs"]):
+        for k, whole in enumerate(run["solutions"]):
+            for i, change in enumerate(whole["motion"]["changes"] if "motion" in whole else ()):
+                for key in _NEEDED[change["change"]]:
+                    if key not in change:
+                        yield f"runs[{number}].solutions[{k}].motion.changes[{i}]", f"lacks `{key}`"
 
 
 def _unlearned(report: Report) -> Iterator[tuple[str, str]]:

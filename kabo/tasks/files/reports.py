@@ -27,6 +27,7 @@ from kabo.tasks.files.building import TaskFile, default_of
 from kabo.tasks.files.changes import scene_change
 from kabo.tasks.files.motions import motion_of, sample_of
 from kabo.tasks.files.report_form import (
+    MAX_REPORTED,
     FailureReport,
     PhaseReport,
     Report,
@@ -43,8 +44,6 @@ from kabo.tasks.learned import learned_by, learned_in
 if TYPE_CHECKING:
     from kabo.geometry_server import ProcedureContext
     from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
-
-MAX_REPORTED = 100  # solutions, and failures, of one stage in a report; all are counted
 
 
 def report(
@@ -142,7 +141,7 @@ def _run(run: TaskRun, scene: "Scene | None") -> RunReport:
         "exhausted": task.exhausted,
         "stopped": run.stopped,
         "found": [{"seconds": seconds, "cost": cost} for seconds, cost in run.found],
-        "solutions": [_whole(solution, paths, scene) for solution in task.solutions[:MAX_REPORTED]],
+        "solutions": list(_wholes(run, paths, scene)),
         "stages": {path: _stage(task, stage, scene) for path, stage in stages},
         "explanation": None if task.solutions else _why(task, paths),
     }
@@ -160,7 +159,7 @@ def _why(task: Task, paths: Mapping[int, str]) -> Why:
 
 
 def _examples(failures: Sequence[Solution]) -> Iterator[str]:
-    """What failures say, with the distance that is missing where what bodies keep from each other alone refuses them."""
+    """What failures say, with the distance or the permission of a contact that is missing, if that alone refuses them."""
     relaxed: dict[int, ProcedureContext] = {}
     for failure in failures:
         if not failure.comment:
@@ -173,7 +172,15 @@ def _examples(failures: Sequence[Solution]) -> Iterator[str]:
 
             known = relaxed.setdefault(id(given.context), nothing_kept(given.context))
             missing = missing_distance(failure.details, known)
-        yield failure.comment if missing is None else missing
+        yield missing or _permission(failure) or failure.comment
+
+
+def _permission(failure: Solution) -> str | None:
+    if getattr(failure.details, "question", None) is None:
+        return None
+    from kabo.tasks.robots.motion.missing_permissions import missing_permission  # as above
+
+    return missing_permission(failure.details)
 
 
 def _stage(task: Task, stage: Stage, scene: "Scene | None") -> StageFigures:
@@ -222,11 +229,19 @@ def _phase(part: Solution, path: str) -> PhaseReport:
     return made
 
 
-def _whole(solution: Solution, paths: Mapping[int, str], scene: "Scene | None") -> Whole:
-    parts = [_phase(part, paths[id(part.stage)]) for part in phases(solution)]
-    made: Whole = {"comment": solution.comment, "cost": float(solution.cost), "parts": parts}
-    motion = None if scene is None else motion_of(solution, scene)
-    return made if motion is None else {**made, "motion": motion}
+def _wholes(run: TaskRun, paths: Mapping[int, str], scene: "Scene | None") -> Iterator[Whole]:
+    """The first solutions of a run; of too many, the cheapest stands in the place of the last one."""
+    solutions = list(enumerate(run.task.solutions))
+    kept = solutions[:MAX_REPORTED]
+    best = min(solutions, key=lambda each: each[1].cost, default=None)
+    if best is not None and best[0] >= len(kept):
+        kept[-1] = best
+    for number, solution in kept:
+        parts = [_phase(part, paths[id(part.stage)]) for part in phases(solution)]
+        made: Whole = {"comment": solution.comment, "cost": float(solution.cost), "parts": parts}
+        known = number < len(run.motions)
+        motion = run.motions[number] if known else None if scene is None else motion_of(solution, scene)
+        yield made if motion is None else {**made, "motion": motion}
 
 
 def phases(solution: Solution) -> Iterator[Solution]:

@@ -1,7 +1,7 @@
 """Plans the task of a file, once or with several seeds; a report can be made of these planning runs [T 3.9]."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -12,9 +12,10 @@ from kabo.language.findings import Findings
 from kabo.language.scene_description import SceneDescription
 from kabo.options import require_clearance, require_seed, require_workers
 from kabo.phases import phase
-from kabo.tasks.core import InitialisationError, Stage, Task
+from kabo.tasks.core import InitialisationError, Solution, Stage, Task
 from kabo.tasks.files.building import TaskFile
-from kabo.tasks.files.report_form import Report
+from kabo.tasks.files.motions import motion_of
+from kabo.tasks.files.report_form import MAX_REPORTED, MotionReport, Report
 
 if TYPE_CHECKING:
     from kabo.geometry_server import Preparing
@@ -35,6 +36,7 @@ class TaskRun:
     found: tuple[tuple[float, float], ...] = ()  # (seconds, cost)
     stopped: bool = False  # by a time limit or by the caller
     left_out: tuple[str, ...] = ()  # why solutions at hand do not hold any more
+    motions: tuple[MotionReport | None, ...] = ()  # of the first solutions, as a report tells them
 
 
 @dataclass(frozen=True)
@@ -128,6 +130,7 @@ def _run(
 
     first: Any = None
     found: list[tuple[float, float]] = []
+    motions: list[MotionReport | None] = []
     left_out: list[str] = []
     if scene is not None:
         # Loads the geometry server with its kernels, which tasks without robots do not need.
@@ -143,6 +146,7 @@ def _run(
             known = settings.known
             left_out += adopted(task, known.report, known.scene, first, settings.max_solutions)
             found += [(perf_counter() - began, each.cost) for each in task.solutions]
+            _add_motions(motions, task.solutions, scene, late)
         with phase("planning", settings.max_solutions, "solutions", log=_LOG) as step:
             while settings.max_solutions is None or len(found) < settings.max_solutions:
                 try:
@@ -154,6 +158,7 @@ def _run(
                 if not new:
                     break
                 step()
+                _add_motions(motions, solutions, scene, late)
     except (InitialisationError, ValueError) as error:
         told = None if file is None else located_at_stage(file, task, error)
         if told is None:
@@ -161,7 +166,20 @@ def _run(
         raise told from error
     finally:
         task.close()
-    return TaskRun(task, seed, perf_counter() - began, tuple(found), late(), tuple(left_out))
+    seconds = perf_counter() - began
+    return TaskRun(task, seed, seconds, tuple(found), late(), tuple(left_out), tuple(motions))
+
+
+def _add_motions(
+    motions: list[MotionReport | None], solutions: Sequence[Solution], scene: "Scene | None", late: Stop
+) -> None:
+    """Adds the motions of solutions that have none yet, of as many as a report tells, until it is late.
+
+    Timing a hundred motions takes seconds. Done here it counts as planning, which a time limit ends; after planning a
+    command would be ended by force before it has written what it found.
+    """
+    while scene is not None and len(motions) < min(len(solutions), MAX_REPORTED) and not late():
+        motions.append(motion_of(solutions[len(motions)], scene))
 
 
 def located_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:
@@ -210,6 +228,10 @@ def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDesc
         known, value = things.get(each.kind or ""), arguments.get(each.name)
         if known is not None and value is not None and not (isinstance(value, str) and value in known):
             hint = did_you_mean(str(value), known) or f"there are {', '.join(known) or 'none'}"
-            findings.add(each.place, f'"{each.name}" is {value}, which is no {each.kind} of the scene', hint)
+            findings.add(
+                each.place,
+                f'"{each.name}" is {value if value != "" else "empty"}, which is no {each.kind} of the scene',
+                hint,
+            )
     if findings.errors:
         raise InputError(findings.diagnostics)

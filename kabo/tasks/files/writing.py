@@ -194,7 +194,7 @@ def _is_input(task: Task, name: str) -> bool:
 
 
 def _names_below(holder: Stage, wanted: Stage) -> list[str] | None:
-    """The names from `holder` down to a stage, if looking them up leads to that stage; else None."""
+    """The names from `holder` down to a stage, if looking them up leads to that stage alone; else None."""
     names: list[str] = []
     here: Stage | None = wanted
     while here is not None and here is not holder:
@@ -203,7 +203,8 @@ def _names_below(holder: Stage, wanted: Stage) -> list[str] | None:
     if here is None or not names:
         return None
     for name in reversed(names):
-        here = next((child for child in here.children if child.name == name), None)
-        if here is None:
+        found = [child for child in here.children if child.name == name]
+        if len(found) != 1:
             return None
+        here = found[0]
     return list(reversed(names)) if here is wanted else None

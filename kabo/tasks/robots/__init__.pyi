@@ -13,6 +13,8 @@ from kabo.tasks.robots.motion.exporting import changed_between as changed_betwee
 from kabo.tasks.robots.motion.exporting import found_motion as found_motion
 from kabo.tasks.robots.motion.exporting import segments as segments
 from kabo.tasks.robots.motion.exporting import stretches as stretches
+from kabo.tasks.robots.refuting import first_failing as first_failing
+from kabo.tasks.robots.refuting import refuted_stages as refuted_stages
 from kabo.tasks.robots.scenes import Stretch as Stretch
 from kabo.tasks.robots.scenes import TaskScene as TaskScene
 from kabo.tasks.robots.scenes import stretch as stretch

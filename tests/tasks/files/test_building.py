@@ -111,6 +111,49 @@ def test_a_mistake_is_told_at_its_place_with_the_remedy(
         assert (one.line, one.column) == (text.count("\n", 0, start) + 1, start - text.rfind("\n", 0, start))
 
 
+AMBIGUOUS = """name: t
+stages:
+  - {name: start, stage: line/Start}
+  - {name: start, stage: line/Step}
+  - {name: go, stage: line/Way, reach: 9}
+"""
+BESIDE = "  - {name: near, stage: line/Near, monitors: PATH}\n"
+INSIDE = "  - {name: low, stage: line/Below, limit: 9, wrapped: {name: near, stage: line/Near, monitors: PATH}}\n"
+
+
+@pytest.mark.parametrize(("stage", "path"), [(BESIDE, "/start"), (BESIDE, "start"), (INSIDE, "../start")])
+def test_a_path_that_fits_two_stages_is_refused_with_the_lines_of_both(
+    tmp_path: Path, stage: str, path: str
+) -> None:
+    with pytest.raises(InputError) as told:
+        load_task_file(write(tmp_path, AMBIGUOUS + stage.replace("PATH", path)))
+    (one,) = told.value.diagnostics
+    assert one.message == '"t" has 2 stages "start", and the path does not say which'
+    assert one.hint == "give them names that differ: they are in the lines 3 and 4"
+    assert (one.line, one.column) == (6, stage.index("PATH") + 1)
+
+
+@pytest.mark.parametrize(
+    ("stage", "words"),
+    [
+        ("{name: go, stage: Connect, robot: r, planner: [straight, «rrt_conect»]}", "not 'rrt_conect': did you mean"),
+        ("{name: go, stage: Connect, robot: r, planner: «rrt_conect»}", "not 'rrt_conect': did you mean"),
+        ("{name: a, stage: AllowContact, pairs: [[a, b], «[c]», [d]]}", "is a list of pairs of names, not of ['c']"),
+        ("{name: a, stage: RemoveGeometry, bodies: [a, «[b]»]}", "is a list of names, not ['b']"),
+        ("{name: f, stage: PredicateFilter, attached: «[a, b, c]», wrapped: {name: s, stage: CurrentState}}", "a list of 2 names"),
+    ],
+)  # fmt: skip
+def test_of_a_list_the_element_that_is_wrong_is_marked(tmp_path: Path, stage: str, words: str) -> None:
+    text = f"name: t\nstages:\n  - {stage}\n"
+    start, end = text.index("«"), text.index("»") - 1
+    with pytest.raises(InputError) as told:
+        load_task_file(write(tmp_path, text.replace("«", "").replace("»", "")))
+    (one,) = [each for each in told.value.diagnostics if words in each.message]
+    line_start = text.rfind("\n", 0, start) + 1
+    assert one.column == start - line_start + 1
+    assert one.length == end - start
+
+
 def test_the_six_references_that_the_thesis_left_unresolved_are_told_in_one_error() -> None:
     with pytest.raises(InputError) as told:
         load_task_file(APPENDIX_B)

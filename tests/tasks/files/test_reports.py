@@ -14,7 +14,7 @@ from kabo.tasks.files import load_task_file
 from kabo.tasks.files.changes import changes
 from kabo.tasks.files.comparing import compare, describe_comparison
 from kabo.tasks.files.describing import describe_report, explain
-from kabo.tasks.files.report_form import Report, read_report, report_bytes, schema
+from kabo.tasks.files.report_form import MAX_REPORTED, Report, read_report, report_bytes, schema
 from kabo.tasks.files.reports import named_stages, plain, report
 from kabo.tasks.files.running import PlanningOptions, TaskRun, plan_file
 from tests.tasks.files.conftest import Points, Start, Step, Way, write
@@ -126,6 +126,24 @@ def test_stages_of_the_same_name_are_told_apart() -> None:
     found = report([TaskRun(task, 0, 0.0)])
     figures = found["runs"][0]["stages"]
     assert [figures[path]["costs"] for path in ("s", "s#2", "f/s", "f/s#2")] == [[1.0], [2.0], [3.0], []]
+
+
+def test_a_name_with_a_line_break_stays_in_its_line() -> None:
+    task = Task("t\n", Start("a\nb\x1b[1m é"))
+    task.plan(0.0)
+    lines = describe_report(report([TaskRun(task, 0, 0.0)])).splitlines()
+    assert lines[0].startswith("t\\n: ") and "  ← →  a\\nb\\x1b[1m é  [Start]" in lines[3], lines
+
+
+def test_of_too_many_solutions_the_cheapest_is_in_the_report() -> None:
+    points = [*range(1, 150), 0]
+    task = Task("t", Start("a"), Way("w", reach=1e3), Points("p", points=points))
+    task.plan(0.0)
+    (run,) = report([TaskRun(task, 0, 0.0)])["runs"]
+    costs = [solution["cost"] for solution in run["solutions"]]
+    assert len(costs) == MAX_REPORTED < len(task.solutions) == len(points)
+    assert costs[:-1] == [solution.cost for solution in task.solutions[: MAX_REPORTED - 1]]
+    assert costs[-1] == 0.0 == min(solution.cost for solution in task.solutions)
 
 
 def test_the_text_says_why_there_is_no_solution(tmp_path: Path) -> None:

@@ -123,6 +123,14 @@ def test_a_monitor_that_a_path_cannot_reach_is_told() -> None:
         task_to_yaml(task)
 
 
+def test_a_monitored_stage_whose_name_another_one_has_too_cannot_be_written() -> None:
+    """The file would not say which of them is meant."""
+    first, second = Start("start"), Start("start")
+    task = Task("t", Alternatives("a", first, second, Near("near", first)))
+    with pytest.raises(TaskError, match="no path leads to the stage 'a/start' that it monitors"):
+        task_to_yaml(task)
+
+
 TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False) | st.integers(-(10**17), 10**17)
 VALUES = st.recursive(

@@ -113,6 +113,13 @@ def start() -> TaskScene:
             "the least distance, 0.2 m, is above the greatest, 0.1 m",
         ),
         (lambda: make("Attach", object="table", to="arm"), "table is not movable"),
+        (lambda: make("Join", object="object", onto="table"), "no mate of the scene joins object and table"),
+        (
+            lambda: make("AllowContact", pairs=[["arm", "supports"]]),
+            "arm is no movable object, and 'supports' is what carries one: object",
+        ),
+        (lambda: make("ForbidContact", pairs=[["supports", "arm.tool0"]]), "arm.tool0 is no movable object"),
+        (lambda: make("AllowContact", pairs=[["table", "supports"]]), "table is no movable object"),
         (
             lambda: make("Attach", object="object", to="arm.tol0"),
             "arm has no link 'tol0', did you mean \"tool0\"?",

@@ -1,6 +1,6 @@
 """Containers: stages that hold other stages in series or in parallel, and wrappers around one stage [T 3.3, 3.4]."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 from kabo.tasks.core.model.errors import TaskError
@@ -201,3 +201,24 @@ def is_generator(stage: Stage) -> bool:
 def is_connector(stage: Stage) -> bool:
     """Whether a stage may join a state on its left with a state on its right."""
     return Flow.CONNECT in stage.flows
+
+
+def fails(stage: Stage, refuted: Collection[Stage]) -> bool:
+    """Whether a stage has no solution if the `refuted` stages have none: of alternatives, all must fail."""
+    if stage in refuted:
+        return True
+    inside = [fails(child, refuted) for child in stage.children]
+    return any(inside) if not isinstance(stage, (Alternatives, Fallbacks)) else bool(inside) and all(inside)
+
+
+def in_vain(stage: Stage, refuted: Collection[Stage]) -> Iterator[Stage]:
+    """The stages below a stage, and itself, that can be part of no solution if the `refuted` ones have none."""
+    if fails(stage, refuted):
+        waiting = [stage]
+        while waiting:
+            here = waiting.pop()
+            yield here
+            waiting.extend(here.children)
+    else:
+        for child in stage.children:
+            yield from in_vain(child, refuted)

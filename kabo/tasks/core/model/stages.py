@@ -112,7 +112,7 @@ class Monitor(Generator):
         """The stage whose solutions trigger this generator.
 
         Raises:
-            TaskError: there is no stage at that path.
+            TaskError: there is no stage at that path, or there are several.
         """
         if isinstance(self.monitors, Stage):
             return self.monitors
@@ -125,7 +125,11 @@ class Monitor(Generator):
             if step == "..":
                 here = here.parent
             elif step not in ("", "."):
-                here = next((child for child in here.children if child.name == step), None)
+                found = [child for child in here.children if child.name == step]
+                if len(found) > 1:
+                    why = f"there are {len(found)} stages of that name; rename one, or give the stage itself"
+                    raise TaskError(f"stage {self.path!r} monitors {self.monitors!r}, but {why}")
+                here = found[0] if found else None
         if here is None or here is self:
             raise TaskError(f"stage {self.path!r} monitors {self.monitors!r}, but there is no such stage")
         return here

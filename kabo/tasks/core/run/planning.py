@@ -11,7 +11,7 @@ from itertools import count
 from time import perf_counter
 from typing import Any
 
-from kabo.tasks.core.model.containers import Alternatives, Fallbacks, Limit, Merger, Serial, Wrapper
+from kabo.tasks.core.model.containers import Alternatives, Fallbacks, Limit, Merger, Serial, Wrapper, in_vain
 from kabo.tasks.core.model.errors import TaskError, note
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import Refused
@@ -61,6 +61,7 @@ class Planning:
         pruning: bool = True,
         observe: Callable[[Stage, Refused], None] | None = None,
         audit: "Callable[[Planning], None] | None" = None,
+        refuted: Mapping[Stage, Refused] | None = None,
     ) -> None:
         self.flows, self.scene, self.seed, self.pruning = flows, scene, seed, pruning
         self.observe, self._audit = observe, audit
@@ -89,6 +90,7 @@ class Planning:
                 node.monitored.exempt_from_pruning()
         self.jobs = 0
         self.exhausted = False
+        self._rule_out(task, refuted or {})
         self.root.start()
         self._expect()
         self._turns: Iterator[Turn] = iter(())
@@ -104,6 +106,13 @@ class Planning:
         self.nodes[stage] = node
         self.order.append(node)
         return node
+
+    def _rule_out(self, task: Serial, refuted: Mapping[Stage, Refused]) -> None:
+        """Records stages that are proven to fail, and lets nothing run that needs a solution of theirs."""
+        for stage, failure in refuted.items():
+            self.nodes[stage].fail(None, None, failure)
+        for stage in in_vain(task, refuted) if refuted else ():
+            self.nodes[stage].closed = True
 
     @staticmethod
     def _gates_of(node: StageNode) -> list[tuple[ConnectingFallbacksNode, StageNode]]:

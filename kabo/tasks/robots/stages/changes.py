@@ -140,6 +140,13 @@ class Join(RobotStage, Propagator):
         "onto": Property(str, PARENT, "the other part, which stands or is held by another robot", meanings.name),
     }
 
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A message for two parts that no mate joins: nothing proves that they hold together."""
+        name, onto = self.known("object"), self.known("onto")
+        both = name in scene.bodies and onto in scene.bodies and scene.description is not None
+        if both and not any(True for _ in scene.mates_between(name, onto)):
+            yield f"no mate of the scene joins {name} and {onto}"
+
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene in which both parts are attached to each other at their present poses."""
         name, onto = properties["object"], properties["onto"]
@@ -177,6 +184,8 @@ class _Contacts(RobotStage, Propagator):
         for first, second in self.known("pairs") or ():
             for name in (str(first), str(second)):
                 yield from _unknown(name, scene, added)
+                if SUPPORTS in (first, second) and name != SUPPORTS:
+                    yield from _uncarried(name, scene)
                 gripper = scene.robots[name].gripper if name in scene.robots else None
                 if (
                     name in scene.robots
@@ -289,6 +298,13 @@ def _unknown(name: str, scene: Scene, added: frozenset[str] | None) -> Iterator[
     known = {*scene.bodies, *scene.robots, SUPPORTS, *(added or ())}
     if added is not None and (robot if dot else name) not in (scene.robots if dot else known):
         yield f"nothing is called {name!r}, {did_you_mean(name, known) or 'there are ' + ', '.join(sorted(known))}"
+
+
+def _uncarried(name: str, scene: Scene) -> Iterator[str]:
+    """A message for `supports` of what nothing carries as long as it is in nobody's hand."""
+    if name not in scene.movable and name.partition(".")[0] in {*scene.robots, *scene.bodies}:
+        others = ", ".join(scene.movable) or "the scene has no object"
+        yield f"{name} is no movable object, and {SUPPORTS!r} is what carries one: {others}"
 
 
 def _no_link(name: str | None, scene: Scene) -> Iterator[str]:

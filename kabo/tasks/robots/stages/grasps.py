@@ -78,6 +78,8 @@ class SampleGrasp(RobotStage, Monitor):
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """One result for each grasp family, with the family as target; inverse kinematics chooses the grasp later."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
+        if scene.holder(name) == robot.name:
+            return [Refusal("constraint", f"{robot.name} holds {name} already", reads=frozenset({name}))]
         refused = _refuted(scene.context, scene.situation, robot, name, properties["family"])
         if refused is None and scene.context.tries_again:
             refused = _overlap(scene.context, scene.situation, name)

@@ -227,8 +227,12 @@ def _offset(scene: TaskScene, name: str, offsets: Mapping[str, float], sense: in
     robot, q = scene.robot(name), scene.configuration(name)
     values = {joint: q[robot.joint_names.index(joint)] + sense * float(v) for joint, v in offsets.items()}
     goal = with_joints(robot, q, values)
-    if np.any(goal < robot.tree.lower - 1e-9) or np.any(goal > robot.tree.upper + 1e-9):
-        return Refusal("constraint", "a joint would leave its limits")
+    beyond = np.nonzero((goal < robot.tree.lower - 1e-9) | (goal > robot.tree.upper + 1e-9))[0]
+    if len(beyond):
+        i = int(beyond[0])
+        low, high = robot.tree.lower[i], robot.tree.upper[i]
+        text = f"{robot.joint_names[i]} would be at {goal[i]:.4g}, outside its limits of {low:.4g} to {high:.4g}"
+        return Refusal("constraint", text)
     return blocked(scene, name, [q, goal]) or [q, goal]
 
 

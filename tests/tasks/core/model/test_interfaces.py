@@ -94,6 +94,16 @@ def test_every_error_is_collected_with_arrows_and_a_hint_in_the_tree_of_the_whol
     assert "generator" in text and "[Begin]" in text
 
 
+def test_a_monitor_of_a_path_that_fits_two_stages_is_told_to_have_the_stage_itself():
+    first, second = Go("move"), Go("move")
+    (error,) = errors(Task("t", Begin("g"), first, second, Join("c"), Watch("w", "move")))
+    assert error == (
+        "stage 'w' monitors 'move', but there are 2 stages of that name; rename one, or give the stage itself"
+    )
+    first, second = Go("move"), Go("move")
+    Task("t", Begin("g"), first, second, Join("c"), Watch("w", second)).initialise()
+
+
 def test_a_stage_after_a_connector_without_a_generator_is_told_to_have_one():
     (error,) = errors(Task("t", Begin("g"), Join("c"), Go("move to")))
     assert error.startswith("'move to'") and "add a generator beside it" in error

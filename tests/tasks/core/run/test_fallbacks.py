@@ -182,3 +182,26 @@ def test_connecting_costs_the_same_for_each_pair_however_many_there_are():
         return calls / count**2
 
     assert function_calls(40) < 1.1 * function_calls(20)
+
+
+@pytest.mark.parametrize("kind", [Fallbacks, Alternatives])
+@pytest.mark.parametrize("flow", ["generate", "forward", "connect"])
+@pytest.mark.parametrize("first", [True, False])
+def test_a_child_that_is_refuted_before_planning_is_left_out_whatever_its_flow(kind, flow, first):
+    made = {"generate": offer, "forward": step, "connect": join}[flow]
+    deep = made("in vain")
+    never, way = Serial("never", deep), made("way")
+    choice = kind("choice", *((never, way) if first else (way, never)))
+    around = {"generate": (), "forward": (offer("start"),), "connect": (offer("start"),)}[flow]
+    task = Task("choices", *around, choice, *((offer("end"),) if flow == "connect" else ()))
+    task.refuted = {deep: Failure("proven")}
+    assert len(task.plan()) == 1 and task.exhausted
+    assert task.figures(deep).calls == 0 and task.figures(deep).failures == {"proven": 1}
+
+
+def test_a_task_whose_every_child_is_refuted_runs_nothing():
+    first, second = step("first"), step("second")
+    task = Task("none", offer("start"), Fallbacks("choice", first, second))
+    task.refuted = {first: Failure("proven"), second: Failure("proven, too")}
+    assert task.plan() == [] and task.exhausted
+    assert all(figures.calls == 0 for figures in task.statistics.values())
