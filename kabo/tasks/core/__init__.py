@@ -12,7 +12,7 @@ from kabo.tasks.core.model.containers import (
     Parallel,
     Serial,
     Wrapper,
-    fails,
+    fails_given,
 )
 from kabo.tasks.core.model.costs import constant, offset, total, uniform_random, weighted
 from kabo.tasks.core.model.custom import backward, connector, forward, generator, monitor, propagator, wrapper
@@ -69,7 +69,7 @@ __all__ = [
     "connector",
     "constant",
     "directions",
-    "fails",
+    "fails_given",
     "forward",
     "generator",
     "monitor",

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 
 from kabo.geometry_server import ProcedureContext, Refusal, Situation
-from kabo.tasks.core import Container, Stage, fails
+from kabo.tasks.core import Container, Stage, fails_given
 from kabo.tasks.robots.declaring import RobotStage, is_optional
 from kabo.tasks.robots.stages.states import FixedState
 
@@ -31,7 +31,7 @@ def first_failing(
         if refusal is None or not _holds(refusal, stage, situation):
             continue
         refused.add(stage)
-        if not is_optional(stage) or fails(_task(stage), refused):
+        if not is_optional(stage) or fails_given(_task(stage), refused):
             return stage, refusal
     return None
 

@@ -203,17 +203,17 @@ def is_connector(stage: Stage) -> bool:
     return Flow.CONNECT in stage.flows
 
 
-def fails(stage: Stage, refuted: Collection[Stage]) -> bool:
-    """Whether a stage has no solution if the `refuted` stages have none: of alternatives, all must fail."""
+def fails_given(stage: Stage, refuted: Collection[Stage]) -> bool:
+    """Whether a stage has no solution if the `refuted` ones have none: of `Alternatives` and `Fallbacks`, all must fail."""
     if stage in refuted:
         return True
-    inside = [fails(child, refuted) for child in stage.children]
+    inside = [fails_given(child, refuted) for child in stage.children]
     return any(inside) if not isinstance(stage, (Alternatives, Fallbacks)) else bool(inside) and all(inside)
 
 
 def in_vain(stage: Stage, refuted: Collection[Stage]) -> Iterator[Stage]:
     """The stages below a stage, and itself, that can be part of no solution if the `refuted` ones have none."""
-    if fails(stage, refuted):
+    if fails_given(stage, refuted):
         waiting = [stage]
         while waiting:
             here = waiting.pop()
