@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from kabo.tasks.files.report_form import ChangeReport, MotionReport, SegmentReport
 
 TIME_TOLERANCE_S = 1e-6  # between the time of a change and the end of its segment
-Event = tuple[
-    str, str, str
-]  # attach or detach, the object, the link or body that takes it or the robot that lets it go
+# Attach or detach, the object, and the link or body that takes it or the robot that lets it go.
+Event = tuple[str, str, str]
 
 
 def contradiction(motion: MotionReport) -> str | None:

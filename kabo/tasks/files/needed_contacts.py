@@ -46,9 +46,8 @@ class _Holding:
 
     def __init__(self, parents: dict[str, str]) -> None:
         self._parents = parents
-        self._unmoved = set(
-            parents
-        )  # objects that have not moved since the motion began, or since they were taken
+        # Objects that have not moved since the motion began, or since they were taken.
+        self._unmoved = set(parents)
         self._near = {(self._holder(name), name) for name in parents}  # (robot, what it holds or has just let go)
 
     def may_be_granted(self, pair: Pair, motion: MotionReport, number: int, scene: "Scene") -> bool:
