@@ -125,13 +125,15 @@ def asked_row(plan: Plan, report: kabo.Report, size: float) -> dict[str, Any]:
     if told is None:
         return {"verified": "yes" if report.ok else "no", "why": "; ".join(plan.certificate_gaps)}
     own = [1000 * each.distance for each in told.objects if each.distance is not None]
-    least = min((gap.least for gap in told.gaps), default=told.near)
+    # Links of one hand keep no clearance from each other.
+    pairs = [gap.least for gap in told.gaps if gap.hands[0] is None or gap.hands[0] != gap.hands[1]]
+    least = min(pairs, default=told.near)
     return {
         "verified": "yes" if report.ok else str(report.findings[0].message),
         "least object's δ mm": min(own, default=1000 * told.near),
         "least of all pairs mm": 1000 * least,
         "measured mm": None if report.least is None else 1000 * report.least.distance,
-        "pairs below": sum(gap.least < size for gap in told.gaps),
+        "pairs below": sum(each < size for each in pairs),
     }
 
 
