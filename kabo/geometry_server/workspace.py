@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from kabo.arrays import Array, Integers
+from kabo.arrays import Array, Booleans, Integers
 from kabo.geometry import CollisionChecker, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.checked_pairs import CheckedPairs, Contacts, contacts, first_along
@@ -96,6 +96,10 @@ class Workspace:
     def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> Integers:
         """The result of `segment_hit` for every row of three arrays (N, n)."""
         return self._asked(lambda view: view.segments_hit(starts, ends, deviations))
+
+    def segments_free_early(self, starts: Array, ends: Array, deviations: Array) -> Booleans:
+        """Which rows (N,) are proven free without dividing any part, which takes seconds."""
+        return self._asked(lambda view: view.segments_free_early(starts, ends, deviations))
 
     def path_hit(self, waypoints: Sequence[Array], deviations: Array | None = None) -> Pair | None:
         """The first pair not proven free on a path of straight joint segments, or None.

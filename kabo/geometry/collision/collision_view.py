@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from kabo.arrays import Array, Integers
+from kabo.arrays import Array, Booleans, Integers
 from kabo.compilation import call_first
 from kabo.geometry.budget import Budget
 from kabo.geometry.collision.body_memories import BodyMemories
@@ -68,6 +68,9 @@ class CollisionChecker(Protocol):
 
     def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> Integers:
         """The result of `segment_hit` for every row of three arrays (N, n)."""
+
+    def segments_free_early(self, starts: Array, ends: Array, deviations: Array) -> Booleans:
+        """Which rows (N,) are proven free without dividing any part; False where that would take finer parts, too."""
 
     @property
     def kernel_checks(self) -> KernelChecks | None:
@@ -220,6 +223,15 @@ class CollisionView:
         if left:
             answers[left] = self._swept(first[left], last[left], off[left])
         return answers
+
+    def segments_free_early(self, starts: Array, ends: Array, deviations: Array) -> Booleans:
+        """Which rows (N,) of three arrays (N, n) are proven free by the roots of trees alone, whatever has been divided.
+
+        Raises:
+            ValueError: as `segment_hit`.
+        """
+        view = self if self._coarse is None else self._coarse
+        return np.asarray(view.segments_hit(starts, ends, deviations) < 0)
 
     def _swept(self, starts: Array, ends: Array, deviations: Array) -> Integers:
         """The answers of the kernel, with all children that it needs."""

@@ -12,7 +12,7 @@ from functools import cache
 import fcl
 import numpy as np
 
-from kabo.arrays import Array, Integers
+from kabo.arrays import Array, Booleans, Integers
 from kabo.geometry.budget import Budget
 from kabo.geometry.collision.collision_view import Counters
 from kabo.geometry.collision.exact_surfaces import Surface, distance, placed, surface_of, surrounds, touch
@@ -143,6 +143,10 @@ class ExactView:
     def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> Integers:
         """The result of `segment_hit` for every row of three arrays (N, n)."""
         return np.array([self.segment_hit(*row) for row in zip(starts, ends, deviations, strict=True)], np.int64)
+
+    def segments_free_early(self, starts: Array, ends: Array, deviations: Array) -> Booleans:
+        """Whether each row (N,) is free: meshes are not divided."""
+        return np.asarray(self.segments_hit(starts, ends, deviations) < 0)
 
     def _configuration(self, q: Array) -> Array:
         row = np.ascontiguousarray(q, np.float64)

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kabo.arrays import Array, Booleans
+from kabo.arrays import Array, Booleans, Integers
 from kabo.geometry_server import Keep, Workspace
 from kabo.motion import Held
 from kabo.scene import Configuration
@@ -112,21 +112,27 @@ class MotionPart:
             and self._free(workspace, middle, b, splits - 1)
         )
 
-    def proven_near(self, starts: Array, ends: Array, deviations: Array, *, apart: bool) -> Booleans:
+    def proven_near(self, starts: Array, ends: Array, deviations: Array, *, apart: bool, early: bool) -> Booleans:
         """Whether all that is near straight segments of joint space is proven collision-free, and each to be kept.
 
         Args:
             starts, ends: the ends (N, n) of the segments, configurations of the robot.
             deviations: (N, n) how far each joint may be from each segment [rad or m].
             apart: as of `proven`.
+            early: whether what takes finer parts of bodies counts as not proven: to make them takes seconds.
         """
         workspace = self._workspaces[apart]
+
+        def free(rows: Integers | slice) -> Booleans:
+            asked = starts[rows], ends[rows], deviations[rows]
+            return workspace.segments_free_early(*asked) if early else workspace.segments_hit(*asked) < 0
+
         if self._keep is None:
-            return np.asarray(workspace.segments_hit(starts, ends, deviations) < 0)
+            return np.asarray(free(slice(None)))
         proven = deviations.max(axis=1, initial=0.0) <= KEPT_DEVIATION
         for i in np.flatnonzero(proven):
             proven[i] = self._keep.keeps(starts[i], ends[i])
         rows = np.flatnonzero(proven)
         if len(rows):
-            proven[rows] = workspace.segments_hit(starts[rows], ends[rows], deviations[rows]) < 0
+            proven[rows] = free(rows)
         return np.asarray(proven)

@@ -213,10 +213,13 @@ class Route:
         chosen, owners, kinds, starts, ends, strays = asked
         proven = kinds != REFUSED
         for owner, part in enumerate(self.parts):
+            # A way does without a round for which parts would be divided; curves and strokes keep their shape.
+            early = not (owner in self.curves or part.touches or part.stretch.exact)
             for apart in (False, True):
                 rows = np.flatnonzero((owners == owner) & (kinds == apart))
                 if len(rows):
-                    proven[rows] = part.proven_near(starts[rows], ends[rows], strays[rows], apart=apart)
+                    near = starts[rows], ends[rows], strays[rows]
+                    proven[rows] = part.proven_near(*near, apart=apart, early=early)
         return np.asarray(chosen[~proven])
 
     @cached_property
