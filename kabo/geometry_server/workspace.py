@@ -87,10 +87,7 @@ class Workspace:
         return self._asked(lambda view: view.configurations_hit(configurations))
 
     def segment_hit(self, start: Array, goal: Array, deviation: Array | None = None) -> int:
-        """-1 if the straight joint segment is proven free, else the index of a pair that is not.
-
-        `deviation` (n,): how far each joint may be from the segment [rad or m]; None for zeros.
-        """
+        """-1 if a straight joint segment is proven free, and all by a `deviation` (n,) [rad or m] from it; else a pair."""
         return self._asked(lambda view: view.segment_hit(start, goal, deviation))
 
     def segments_hit(self, starts: Array, ends: Array, deviations: Array) -> Integers:

@@ -132,3 +132,21 @@ def test_a_view_without_surfaces_divides_what_roots_do_not_decide():
     assert made
     with pytest.raises(ValueError, match="a configuration"):
         tree.segment_hit(np.zeros(2), np.zeros(2))
+
+
+def test_what_is_free_early_divides_nothing_is_free_by_all_parts_and_does_not_depend_on_what_was_asked():
+    made: list = []
+    view, _ = world(tree_of(staircase(), made))
+    starts = np.array(list(rows(200, 1)))
+    ends = starts + np.random.default_rng(7).uniform(-0.5, 0.5, starts.shape)
+    off = np.full(starts.shape, 1e-3)
+    early = view.segments_free_early(starts, ends, off)
+    assert not made and 20 < early.sum() < 180
+    free = view.segments_hit(starts, ends, off) < 0
+    assert made and not (early & ~free).any() and (free & ~early).any()
+    assert np.array_equal(view.segments_free_early(starts, ends, off), early)
+    again, _ = world(tree_of(staircase(), []))
+    one_by_one = [
+        again.segments_free_early(*(each[i : i + 1] for each in (starts, ends, off)))[0] for i in range(200)
+    ]
+    assert np.array_equal(one_by_one, early)
