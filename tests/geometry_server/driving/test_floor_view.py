@@ -34,3 +34,13 @@ def test_a_turn_sweeps_corners_over_an_edge_that_both_ends_keep_from() -> None:
 def test_what_else_collides_is_told_before_the_floor() -> None:
     workspace = GeometryServer(SCENE)._workspace("waiter", None)
     assert "column" in (workspace.first_hit(at(0.75, -0.2)) or ())
+
+
+def test_what_is_free_early_keeps_the_base_on_its_floor_with_what_it_strays() -> None:
+    workspace = GeometryServer(SCENE)._workspace("waiter", None)
+    near, turned, away = at(-0.5, -EDGE + 0.001), at(-0.5, -EDGE + 0.001, np.pi), at(-0.9, -EDGE + 0.001)
+    starts, ends = np.array([near, near, near]), np.array([away, turned, away])
+    strays = np.zeros_like(starts)
+    strays[2, 1] = 0.01  # over the edge
+    assert workspace.segments_free_early(starts, ends, strays).tolist() == [True, False, False]
+    assert (workspace.segments_hit(starts, ends, strays) < 0).tolist() == [True, False, False]

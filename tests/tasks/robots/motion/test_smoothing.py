@@ -8,6 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+import kabo
+from kabo.geometry.collision import collision_view
 from kabo.geometry_server import LINE_DEVIATION, GeometryServer, Situation, Success, candidate, tool_frame
 from kabo.language.formulas import GroundCall
 from kabo.motion import Timed, rounded_path, timed_path
@@ -248,3 +250,23 @@ def test_no_round_takes_a_joint_out_of_its_limits(monkeypatch: pytest.MonkeyPatc
     found = smoothed(parts, limits, DEVIATION).parts
     assert max(part.trajectory.bounds()[1][0] for part in found) <= upper[0] + 1e-9
     assert sum(part.seconds for part in found) > sum(part.seconds for part in free.parts)
+
+
+def test_rounds_of_free_ways_divide_no_parts_of_bodies(monkeypatch):
+    """With a fine epsilon finer parts would take seconds each; what keeps its shape may ask for them."""
+    problem, epsilon = kabo.load_problem(DOMAINS / "circular_rearrange" / "n3.yaml"), 0.001
+    asked = {"free": 0, "kept": 0}
+    proven_near = MotionPart.proven_near
+
+    def counted(part, *arrays, apart, early):
+        assert not (early and (part.touches or part.stretch.exact))
+        asked["free" if early else "kept"] += 1
+        return proven_near(part, *arrays, apart=apart, early=early)
+
+    def refused(*_):
+        raise AssertionError("a part was divided")
+
+    monkeypatch.setattr(MotionPart, "proven_near", counted)
+    monkeypatch.setattr(collision_view, "refine", refused)
+    plan = kabo.solve(problem, epsilon=epsilon).plan
+    assert plan is not None and asked["free"] > 10 and asked["kept"] > 0
