@@ -231,38 +231,6 @@ def test_a_change_that_lacks_what_it_changes_is_told(guarded: TaskReport, kind: 
         read_report(json.dumps(content).encode(), "r.json")
 
 
-@pytest.mark.parametrize(
-    ("kind", "spoilt", "told"),
-    [
-        ("attach", {"object": "table"}, "segment 2 attaches table to arm.tool0, as its changes say, but not the segment"),
-        ("attach", {"to": "arm.link_7"}, "segment 2 attaches object to arm.link_7, as its changes say, but not"),
-        ("attach", {"segment": 3, "time": None}, "segment 2 attaches object to arm.tool0, as the segment says, but not"),
-        ("detach", {"of": "nobody"}, "segment 6 lets object go from nobody, as its changes say, but not"),
-        ("detach", {"time": 0.5}, "detach has the time 0.500 s, but segment 6 ends at "),
-    ],
-)  # fmt: skip
-def test_changes_that_say_something_else_than_the_segments_are_told(report: TaskReport, kind, spoilt, told):
-    """A program may carry out the changes, and what is verified are the segments."""
-    content = deepcopy(report.content)
-    motion = content["runs"][0]["solutions"][0]["motion"]
-    change = next(each for each in motion["changes"] if each["change"] == kind)
-    change.update(spoilt)
-    if change["time"] is None:
-        change["time"] = motion["segments"][change["segment"]]["times"][-1]
-    with pytest.raises(InputError) as refused:
-        kabo.task_plan(replace(report, content=content), 1)
-    assert told in str(refused.value)
-
-
-def test_a_report_whose_segments_alone_are_verified_is_no_verified_report(report: TaskReport, tmp_path: Path):
-    content = deepcopy(report.content)
-    changes = content["runs"][0]["solutions"][0]["motion"]["changes"]
-    next(each for each in changes if each["change"] == "attach")["to"] = "arm.link_7"
-    (tmp_path / "r.json").write_bytes(report_bytes(content))
-    with pytest.raises(InputError, match="segment 2 attaches object to arm.link_7, as its changes say"):
-        list(verify_task_report(EXAMPLE / "scene.yaml", tmp_path / "r.json", 1))
-
-
 def test_a_change_after_no_segment_is_told(guarded: TaskReport):
     assert any(
         "after segment 99" in str(each) for each in judged(guarded, lambda c: c.update(segment=99)).findings
@@ -422,41 +390,3 @@ def test_a_motion_that_leads_nowhere_is_refused_at_once(report: TaskReport, plan
     for changes in ({"trajectory": astray}, {"waypoints": away, "trajectory": None}):
         found = kabo.verify(report.scene, spoilt(plan, number, **changes))
         assert any("farther than" in str(each) or "too far" in str(each) for each in found.findings), found
-
-
-TASK_TEXT = (EXAMPLE / "task.yaml").read_text()
-FORBID_AT_END = TASK_TEXT[
-    TASK_TEXT.index("      - name: forbid contact\n") : TASK_TEXT.index("      - {name: retreat")
-]
-FORBID_SUPPORT = next(
-    line for line in TASK_TEXT.splitlines(keepends=True) if "name: forbid contact of object" in line
-)
-HOLDING = TASK_TEXT[TASK_TEXT.index("  - {name: move to place") : TASK_TEXT.index("  - {name: go home")]
-
-
-@pytest.mark.parametrize("left_out", [[FORBID_AT_END], [FORBID_SUPPORT, HOLDING]])
-def test_a_contact_that_is_never_forbidden_again_does_not_spoil_a_motion_that_needs_none(tmp_path, left_out):
-    """The plan claims contacts only where something may grant them; elsewhere the two are proven apart."""
-    text = TASK_TEXT
-    for each in left_out:
-        assert text.count(each) == 1
-        text = text.replace(each, "")
-    (tmp_path / "task.yaml").write_text(text)
-    report = kabo.plan_task(tmp_path / "task.yaml", EXAMPLE / "scene.yaml", max_solutions=1)
-    plan = kabo.task_plan(report)
-    judged = kabo.verify(report.scene, plan)
-    assert judged.ok, judged
-    assert not plan.nodes["n0"].motion[-1].allowed_contacts or left_out[0] is FORBID_SUPPORT
-
-
-def test_a_contact_that_is_permitted_and_made_where_nothing_grants_it_is_refused(tmp_path):
-    """The arm comes back to where it let the object go, with its fingers shut."""
-    back = """  - {name: shut, stage: MoveTo, goal: {finger_joint: 0.01}}
-  - {name: back, stage: MoveRelative, direction: {along: tool.approach, distance: 0.12}}
-"""
-    text = TASK_TEXT.replace(FORBID_AT_END, "").replace("distance: [0.12, 0.25]", "distance: 0.12")
-    text = text[: text.index("  - {name: go home")] + back
-    (tmp_path / "task.yaml").write_text(text)
-    report = kabo.plan_task(tmp_path / "task.yaml", EXAMPLE / "scene.yaml", max_solutions=1)
-    judged = kabo.verify(report.scene, kabo.task_plan(report))
-    assert not judged.ok and "object" in str(judged)
